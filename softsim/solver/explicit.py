@@ -144,7 +144,7 @@ class ExplicitSolver:
         fields.write_row(self.terms.nodes.local_damping, s, share)
 
     def relax_branches(self, s: int) -> None:
-        """Relax the Maxwell branches of scenario s in each increment until its step is set again."""
+        """Relax the Maxwell branches of scenario s in every increment until its step is set."""
         for term in self.terms.everything:
             term.set_time_increment(s, np.inf)
 

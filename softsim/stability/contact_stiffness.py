@@ -1,19 +1,19 @@
-"""Upper bound of the stiffness of contact: as if every node that may touch did.
+"""Upper bound of the contact stiffness, as if every node that may touch were in contact.
 
-A node against one surface feels k_n n (x) n + k_t (I - n (x) n), against several their sum. A
-dashpot c, whose velocity lags half a step behind, acts on the stable step as a spring 2 c / dt
-(stability/time_step.py). Of two that press each other, a node and a rigid body, each has the spring
-as if the other were fixed; how that is put together stands in stability/rigid_bodies.py.
+A node against one surface has the stiffness k_n n (x) n + k_t (I - n (x) n), against several their
+sum. A dashpot c, whose velocity lags half a step behind, acts on the stable step as a spring
+2 c / dt (stability/time_step.py). If a node and a rigid body press each other, each has the spring
+as if the other were fixed; stability/rigid_bodies.py combines both.
 
-A corner of a wall that presses a facet k w w^T, with the weights w_c of the facet's corners: at
+A corner of a wall that presses a facet adds k w w^T, with the weights w_c of the facet's nodes: at
 most k w_c at each of them, as (sum_c w_c u_c)^2 <= sum_c w_c u_c^2.
 
-Between bodies a point against a facet feels k b b^T along one direction, with b the weights of the
-corners of its own facet and, negative, those of the other, either adding up to 1. As
+Between bodies a point against a facet adds k b b^T along one direction. b are the weights of the
+nodes of its own facet and, negative, those of the other; each set adds up to 1. As
 (sum_j b_j u_j)^2 <= (sum_j |b_j|) (sum_j |b_j| u_j^2), that is at most 2 k |b_j| at each of them.
-(Two nodes that press each other from both sides attain it.) Left out: what friction's turning of
-the facet adds, some gap over its length, and what an end of a surface adds where contact fades:
-3 k (z / l)^2, a hundredth of k at the default penetration z.
+(Two nodes that press each other from both sides attain it.) Two terms are left out: the rotation of
+the facet by friction, of the order of the gap over its length, and the end of a surface, where
+contact fades: 3 k (z / l)^2, a hundredth of k at the default penetration z.
 """
 
 from collections.abc import Sequence
@@ -53,16 +53,16 @@ class ContactStiffness:
             self.on_surfaces = self._tied_springs(model.self_contact.nodes)
 
     def _tied_springs(self, nodes: np.ndarray) -> list[TiedSprings]:
-        """Springs of contact at nodes (k,), on each rigid body."""
+        """Return the contact springs at nodes (k,) on each rigid body."""
         bodies, points = self.model.rigid_bodies, self.model.points
         return [TiedSprings(body, points, nodes) for body in bodies]
 
     def of_nodes(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Stiffness (n,) [N/m] against walls, outlines and other surfaces, and of what drags on
-        cables, nodes at x (n, d), at the step dt [s].
+        """Return the contact stiffness (n,) [N/m] of each node at x (n, d) [m] and step dt [s].
 
-        A tied node pushes its rigid body instead. A node that lies on an outline or on another
-        surface touches a wall at the same time only where a wall is within reach.
+        Contact is with walls, outlines and other surfaces; drag at the ends of cables is added. A
+        tied node loads its rigid body instead. A node on an outline or on another surface touches a
+        wall at the same time only if a wall is within reach.
         """
         walls = self._of_walls(dt)
         others = self._of_supports(dt) + self._of_surfaces(x, dt)
@@ -76,11 +76,11 @@ class ContactStiffness:
         return walls + others
 
     def of_hits(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Stiffness (n,) [N/m] of what a node may hit at once: walls, outlines, other surfaces."""
+        """Return the largest stiffness (n,) [N/m] of a node with walls, outlines or surfaces."""
         return np.max([self._of_walls(dt), self._of_supports(dt), self._of_surfaces(x, dt)], axis=0)
 
     def _of_walls(self, dt: float) -> np.ndarray:
-        """Stiffness (n,) [N/m] of nodes that are not tied, against all walls at once."""
+        """Return the stiffness (n,) [N/m] of nodes with all walls together, 0 for tied nodes."""
         stiffness = np.zeros(len(self.model.points))
         if self.model.walls:
             for contact in self.model.wall_contacts:
@@ -89,8 +89,9 @@ class ContactStiffness:
         return np.where(self.tied, 0.0, stiffness)
 
     def _of_corners(self, dt: float) -> np.ndarray:
-        """Stiffness (n,) [N/m] of nodes whose facets are pressed by as many corners of walls as can
-        be together.
+        """Return the stiffness (n,) [N/m] of nodes of facets that corners of walls may press.
+
+        As many corners as can be close together press each facet.
         """
         stiffness, data = np.zeros(len(self.model.points)), self.model.corners
         if data is not None:
@@ -100,14 +101,14 @@ class ContactStiffness:
         return stiffness
 
     def _of_supports(self, dt: float) -> np.ndarray:
-        """Stiffness (n,) [N/m] against the outlines of rigid bodies."""
+        """Return the stiffness (n,) [N/m] of nodes with the outlines of rigid bodies."""
         stiffness = np.zeros(len(self.model.points))
         for _, contact in self.supports:
             stiffness[contact.nodes] += surface_stiffness(contact, dt)
         return stiffness
 
     def _of_surfaces(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Stiffness (n,) [N/m] of nodes that are not tied, against each other's surfaces."""
+        """Return the stiffness (n,) [N/m] of nodes in contact of bodies, 0 for tied nodes."""
         stiffness = np.zeros(len(x))
         data = self.model.self_contact
         if data is not None:
@@ -115,17 +116,18 @@ class ContactStiffness:
         return np.where(self.tied, 0.0, stiffness)
 
     def of_pressed(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Stiffness (n,) [N/m] of nodes against rigid bodies, at the step dt [s]: their outlines,
-        and surfaces, some of which may be tied to them.
+        """Return the stiffness (n,) [N/m] of nodes with rigid bodies at the step dt [s].
+
+        These are their outlines, and surfaces, some of which may be tied to them.
         """
         return self._of_supports(dt) + self._of_surfaces(x, dt)
 
     def of_bodies(self, x: np.ndarray, dt: float) -> tuple[float, float]:
-        """Largest omega^2 [1/s^2] of a rigid body alone, held by its contacts with walls, of tied
-        nodes and corners; and by those with nodes, of tied surfaces and of its outline with all
-        that it supports.
+        """Return the largest omega^2 [1/s^2] of a rigid body with walls, and with nodes.
 
-        On an outline springs k_a at distances r_a make omega^2 at most
+        The first is that of a body on the contact springs of its tied nodes and corners with walls.
+        The second is that on the contact springs with nodes, of its tied surfaces and of its
+        outline. Springs k_a at distances r_a on an outline give at most
         sum k_a / M + sum k_a r_a^2 / I.
         """
         model, contact, own = self.model, self.model.contact, self.model.self_contact
@@ -146,7 +148,7 @@ class ContactStiffness:
         return float(at_walls.max(initial=0.0)) / left, float(pressed.max(initial=0.0)) / left
 
     def _arms(self, outline: OutlineData, nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Distance (k,) [m] of nodes from a body's centre, if they touch its outline."""
+        """Return the distance (k,) [m] of nodes from a body's centre if they touch its outline."""
         model, body = self.model, self.model.rigid_bodies[outline.body]
         corners = body.tied[model.mass[body.tied] == 0.0]
         centre = x[corners].mean(axis=0)
@@ -156,8 +158,10 @@ class ContactStiffness:
 
 
 def touched_at_once(walls: Sequence[Wall]) -> tuple[float, float]:
-    """w and a bound of the largest eigenvalue of sum n (x) n for the normals n of w surfaces of all
-    walls that a node can touch at once: that of a sum is at most the sum of the largest ones.
+    """Return the number w of surfaces that a node can touch at once, and an eigenvalue bound.
+
+    The bound is for the largest eigenvalue of sum n (x) n over the normals n of the w surfaces: the
+    largest eigenvalue of a sum is at most the sum of the largest eigenvalues of the walls.
     """
     surfaces, alike = np.sum([(0.0, 0.0), *(wall.touched_at_once() for wall in walls)], axis=0)
     return float(surfaces), float(alike)
@@ -166,8 +170,9 @@ def touched_at_once(walls: Sequence[Wall]) -> tuple[float, float]:
 def wall_stiffness(
     contact: ContactData, touched_at_once: tuple[float, float], dt: float
 ) -> np.ndarray:
-    """Largest stiffness (k,) [N/m] of each node against all walls that it can touch at once: of
-    k_t w I + (k_n - k_t) sum n (x) n.
+    """Return the largest stiffness (k,) [N/m] of each node with all walls that it can touch.
+
+    It is the largest eigenvalue of k_t w I + (k_n - k_t) sum n (x) n.
     """
     surfaces, alike = touched_at_once
     k_n, k_t = stiffness_with_dashpots(contact, dt)
@@ -270,12 +275,15 @@ class SurfaceStiffness:
 
 
 def surface_stiffness(contact: ContactData, dt: float) -> np.ndarray:
-    """Largest stiffness (k,) [N/m] of each node against one surface."""
+    """Return the largest stiffness (k,) [N/m] of each node against one surface."""
     return np.maximum(*stiffness_with_dashpots(contact, dt))
 
 
 def stiffness_with_dashpots(contact: ContactData, dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """k_n + 2 c_n / dt and k_t + 2 c_t / dt (k,) [N/m] of each node, see stability/time_step.py."""
+    """Return k_n + 2 c_n / dt and k_t + 2 c_t / dt (k,) [N/m] of each node.
+
+    For the dashpots see stability/time_step.py.
+    """
     return (
         contact.penalty_stiffness + 2.0 * contact.damping / dt,
         contact.tangential_stiffness + 2.0 * contact.tangential_damping / dt,

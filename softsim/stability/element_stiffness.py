@@ -1,6 +1,6 @@
-"""What the elements of a region add to the stiffness at most, with their nodes anywhere.
+"""Upper bound of the stiffness of the elements of a region in any configuration.
 
-Arrays have the elements last, (..., m): numpy is quick on few long rows.
+Arrays have the elements last, (..., m), because numpy is fast on few long rows.
 """
 
 from dataclasses import dataclass
@@ -16,13 +16,16 @@ from softsim.stability.tangent import tangent_bound
 
 @dataclass(frozen=True)
 class ElementStiffness:
-    """Of elements (..., m) now. Movers are the nodes whose motion strains an element, its corners
-    first: the stencil of what goes around (elements/geometry.py), else the corners.
+    """Stiffness of elements (..., m) in one configuration.
 
-    volume_gradient (movers, d, m) [m^2]: d(a pressure's share of the present volume)/dx of a mover.
+    Movers are the nodes whose motion strains an element, its own nodes first: the stencil of the
+    hoop strain (elements/geometry.py), else its own nodes only.
+
+    volume_gradient (movers, d, m) [m^2]: derivative with respect to the position of a mover of the
+        current volume that belongs to one pressure of the element.
     shape_stiffness (movers, movers, m) [N/m]: between movers, the same for every component.
-    hoop_root (movers, d, r) [(N/m)^(1/2)]: its products are more of it, of the elements `around`
-        (r,), whose F_zz changes.
+    hoop_root (movers, d, r) [(N/m)^(1/2)]: its products are added to the stiffness of the elements
+        `around` (r,), whose F_zz changes.
     """
 
     volume_gradient: np.ndarray
@@ -31,8 +34,9 @@ class ElementStiffness:
     around: np.ndarray
 
     def energies(self, u: np.ndarray, pressure: np.ndarray) -> np.ndarray:
-        """Twice the energy (m,) [J] of movers displaced by u (d, movers, m) [m]; pressure (k, m)
-        [Pa]: those of the element under this displacement.
+        """Return twice the energy (m,) [J] for displacements u (d, movers, m) [m] of the movers.
+
+        pressure (k, m) [Pa]: pressures of each element under this displacement.
         """
         dilation = np.einsum("aim,iam->m", self.volume_gradient, u)
         shape = np.einsum("abm,iam,ibm->m", self.shape_stiffness, u, u)
@@ -43,13 +47,12 @@ class ElementStiffness:
 
 
 class RegionStiffness:
-    """The elements of one region, with what does not change as they deform.
+    """Stiffness of the elements of one region, with the data that deformation does not change.
 
     cells (corners, m) and movers (movers, m): node numbers within the region. around (r,): elements
-    whose F_zz changes.
-    pressed (k, m): numbers of the elements' pressures (elements/pressure_points.py). Of these,
-    pressure_volumes (n,) [m^3], 1 of nodes beside the region, bulk_modulus [Pa] and bulk_viscosity
-    (n,) [Pa s].
+    whose F_zz changes. pressed (k, m): numbers of the elements' pressures
+    (elements/pressure_points.py). pressure_volumes (n,) [m^3]: volume of each pressure, 1 for nodes
+    outside the region; bulk_modulus [Pa]; bulk_viscosity (n,) [Pa s].
     """
 
     def __init__(self, region: Region, bulk_viscosity: float) -> None:
@@ -78,7 +81,7 @@ class RegionStiffness:
         self.bulk_viscosity = bulk_viscosity * material.impedance * sizes
 
     def at(self, x: np.ndarray) -> ElementStiffness:
-        """With the body's nodes at x (n, d) [m]."""
+        """Return the stiffness with the body's nodes at x (n, d) [m]."""
         parts = batches(self.count)
         stretch = np.ones(self.count)
         if self.hoop is not None:
@@ -117,11 +120,11 @@ class RegionStiffness:
         share: np.ndarray,
         stiffness: np.ndarray,
     ) -> ElementStiffness:
-        """What F_zz adds to a stiffness (arrays over all elements) that took it as fixed.
+        """Add the effect of F_zz to a stiffness of all elements that was computed with F_zz fixed.
 
-        share (r,) [m^3]: of the present volume, a pressure's. stiffness (r,) [J]: V (material
-        F_zz^2 + spatial). That bounds what (dF_zz / F_zz)^2 is multiplied by; d^2F_zz / F_zz as
-        well, for that is V tau_zz, see tangent.py.
+        share (r,) [m^3]: current volume that belongs to one pressure. stiffness (r,) [J]: V
+        (material F_zz^2 + spatial), an upper bound of the factor of (dF_zz / F_zz)^2, and also of
+        that of d^2F_zz / F_zz, which is V tau_zz, see tangent.py.
         """
         points, cells = self.region.points, self.region.cells
         gradient, curvature = (
@@ -134,7 +137,7 @@ class RegionStiffness:
         return ElementStiffness(volume_gradient, shape_stiffness, root, self.around)
 
     def deformation(self, x: np.ndarray, stretch: np.ndarray, batch: slice) -> np.ndarray:
-        """F (3, 3, batch) with the body's nodes at x (n, d) [m]; stretch (m,): F_zz of sections."""
+        """Return F (3, 3, batch) with the nodes at x (n, d) [m]; stretch (m,): F_zz of sections."""
         d, cells = x.shape[1], self.cells[:, batch]
         corners = np.ascontiguousarray(x.T)[:, cells]
         F = np.zeros((3, 3, cells.shape[1]))
@@ -145,9 +148,11 @@ class RegionStiffness:
     def stiffness(
         self, F: np.ndarray, J: np.ndarray, pressure: np.ndarray, batch: slice
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of the corners of a batch deformed by F under this pressure [Pa], as if F_zz stayed:
-        volume gradient and shape stiffness as in ElementStiffness; and how stiff it is if F_zz
-        does not.
+        """Return volume gradient, shape stiffness and hoop stiffness of a batch of elements.
+
+        F (3, 3, batch): deformation gradient. pressure (batch,) [Pa]. The first two are those of
+        ElementStiffness for the elements' own nodes with F_zz fixed; the third (batch,) [J] is the
+        stiffness of F_zz, see `with_hoop`.
         """
         gradients, volumes = self.gradients[:, :, batch], self.volumes[batch]
         d = gradients.shape[1]
@@ -163,14 +168,15 @@ class RegionStiffness:
 
 
 def gram(gradients: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """grad N_a . grad N_b (corners, corners, m) [1/m^2] of gradients (corners, d, m), times the
-    weight of each element (m,).
+    """Return weight times grad N_a . grad N_b (corners, corners, m) for weights (m,).
+
+    gradients (corners, d, m) [1/m].
     """
     return weight * (gradients[:, None] * gradients).sum(axis=2)
 
 
 def cofactors(F: np.ndarray) -> np.ndarray:
-    """J F^-T (3, 3, m) of F (3, 3, m): cross products of its rows."""
+    """Return J F^-T (3, 3, m) of F (3, 3, m), the cross products of its rows."""
     result = np.empty_like(F)
     for i in range(3):
         a, b = F[(i + 1) % 3], F[(i + 2) % 3]

@@ -1,13 +1,13 @@
-"""What lines through bodies add to the stiffness at most: fibres, and cables in their eyelets.
+"""Upper bound of the stiffness of lines through bodies: fibres, and cables in their eyelets.
 
-Both hang on nodes by shape functions, x_b - x_a = sum_j B_j x_j between two places. A bar of a
-fibre (elements/fibre.py) resists along itself with EA / l_0, across with T / l, which is less,
-pressed even negative: at most EA / l_0 B B^T between its nodes, the same for every component,
-whatever the configuration. A slack one, which resists nothing, is counted as taut.
+Both are coupled to nodes by shape functions, x_b - x_a = sum_j B_j x_j between two points. A bar of
+a fibre (elements/fibre.py) has the stiffness EA / l_0 along itself and T / l across, which is less,
+and negative in compression: at most EA / l_0 B B^T between its nodes, the same for every component,
+in any configuration. A slack bar, which has no stiffness, counts as taut.
 
-A cable (loads/pulled_cable.py) resists along itself with k dL/dx (x) dL/dx, for all eyelets at
-once, counted as taut too; across, a piece of the length l between two eyelets with T / l B B^T at
-most, T being the largest tension that the winch ever makes at this length.
+A cable (loads/pulled_cable.py) has the stiffness k dL/dx (x) dL/dx along itself, for all eyelets
+together, and counts as taut too. Across, a piece of the length l between two eyelets has at most
+T / l B B^T, where T is the largest tension that the winch ever produces at this length.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ from softsim.loads.pulled_cable import PulledCable
 
 
 class FibreStiffness:
-    """The stiffness of a fibre in any configuration. stencils: nodes (2 c, m) of its bars."""
+    """Stiffness of a fibre in any configuration. stencils: nodes (2 c, m) of its bars."""
 
     def __init__(self, fibre: Fibre) -> None:
         self.name = f"fibre '{fibre.name}'"
@@ -26,12 +26,12 @@ class FibreStiffness:
         self.of_bars = fibre.spring_stiffness * B[:, None] * B
 
     def at(self, x: np.ndarray) -> list[np.ndarray]:
-        """Stiffness (2 c, 2 c, m) [N/m] between the nodes of each bar."""
+        """Return the stiffness (2 c, 2 c, m) [N/m] between the nodes of each bar."""
         return [self.of_bars]
 
 
 class PulledCableStiffness:
-    """The stiffness across a cable. stencils: nodes (2 c, k - 1) of its pieces."""
+    """Transverse stiffness of a pulled cable. stencils: nodes (2 c, k - 1) of its pieces."""
 
     def __init__(self, cable: PulledCable) -> None:
         self.name, self.cable = f"cable '{cable.name}'", cable
@@ -39,13 +39,14 @@ class PulledCableStiffness:
         self.B = np.concatenate([-cable.weights[:-1], cable.weights[1:]], axis=1).T
 
     def at(self, x: np.ndarray) -> list[np.ndarray]:
-        """Stiffness (2 c, 2 c, k - 1) [N/m] between the nodes of each piece, all nodes at x (n, d)
-        [m].
+        """Return the stiffness (2 c, 2 c, k - 1) [N/m] between the nodes of each piece.
+
+        x (n, d) [m]: positions of all nodes.
         """
         lengths = np.linalg.norm(np.diff(self.cable.places(x), axis=0), axis=1)
         across = self.cable.largest_tension(float(lengths.sum())) / lengths
         return [across * self.B[:, None] * self.B]
 
     def along(self, x: np.ndarray) -> np.ndarray:
-        """sqrt(k) dL/dx (n, d) [(N/m)^1/2], whose square is the stiffness along it."""
+        """Return sqrt(k) dL/dx (n, d) [(N/m)^1/2], whose square is the axial stiffness."""
         return np.sqrt(self.cable.stiffness) * self.cable.length_gradient(x)

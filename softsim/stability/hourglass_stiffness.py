@@ -1,8 +1,8 @@
-"""What the hourglass modes of a region's elements add to the stiffness at most.
+"""Upper bound of the stiffness of the hourglass modes of a region's elements.
 
-U = 1/2 mu |A q|^2, q_ki = e_i . h~_k (elements/hourglass.py), mu with that of all branches. With
-the largest eigenvalue a of A^T A, |p| <= mu a |q| in an element that came straight from rest, whose
-branches hold no more than they would unrelaxed. Moving the nodes,
+U = 1/2 mu |A q|^2, q_ki = e_i . h~_k (elements/hourglass.py), where mu includes all branches. With
+the largest eigenvalue a of A^T A, |p| <= mu a |q| in an element that was deformed straight from
+rest, whose branches carry no more than if they were unrelaxed. A displacement of the nodes gives
     dq_ki = e_i . dh~_k + h~_k . (dd_i across d_i) / |d_i|,
     |d^2 q_ki| <= 2 |dh~_k| |dd_i| / |d_i| + 3 |h~_k| |dd_i|^2 / |d_i|^2.
 With r^2 = sum |h~_k|^2 / min |d_i|^2, g the largest row sum of the |e_i . e_j|, whose root bounds
@@ -19,8 +19,11 @@ from softsim.mesh.batches import batches
 
 
 class HourglassStiffness:
-    """Arrays with the elements last, as in element_stiffness.py. of_modes (k, corners, m), of_edges
-    (d, corners, m): h~_k and d_i over the places of the corners. modulus (m,) [N/m]: mu a.
+    """Stiffness of the hourglass modes of a region in any configuration.
+
+    Arrays have the elements last, as in element_stiffness.py. of_modes (k, corners, m), of_edges
+    (d, corners, m): derivatives of h~_k and d_i with respect to the positions of the nodes.
+    modulus (m,) [N/m]: mu a.
     """
 
     def __init__(self, region: Region) -> None:
@@ -33,8 +36,9 @@ class HourglassStiffness:
         self.modulus = region.material.instantaneous_shear_modulus * squares
 
     def at(self, x: np.ndarray, batch: slice) -> np.ndarray:
-        """Of a batch of elements, between corners (corners, corners, batch) [N/m], the same for
-        every component, with the corners at x (d, corners, batch) [m].
+        """Return the stiffness (corners, corners, batch) [N/m] between the nodes of each element.
+
+        It is the same for every component. x (d, corners, batch) [m]: positions of the nodes.
         """
         H, D = self.of_modes[:, :, batch], self.of_edges[:, :, batch]
         modes = np.einsum("kam,iam->kim", H, x)

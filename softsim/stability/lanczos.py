@@ -1,11 +1,11 @@
 """Upper bound of the largest eigenvalue of a large symmetric matrix, from a few products with it.
 
-Lanczos iteration from a random vector. Its estimate lies below the eigenvalue; by how much is known
+Lanczos iteration from a random vector estimates the eigenvalue from below. The error has a bound
 (Kuczynski and Wozniakowski 1992, SIAM J. Matrix Anal. Appl. 13:1094-1122, theorem 4.2): of all
-start vectors, evenly distributed over directions, the share that leaves it more than eps lambda
-below after k steps is at most 1.648 sqrt(n) exp(-sqrt(eps) (2 k - 1)), whatever the matrix.
+start vectors, uniformly distributed over directions, the fraction with an error of more than
+eps lambda after k steps is at most 1.648 sqrt(n) exp(-sqrt(eps) (2 k - 1)) for every matrix.
 The start vector is always the same one, and products of vectors are summed by numpy itself
-(einsum), not by BLAS, whose threads change the last bits: the answer depends on the matrix alone.
+(einsum), not by BLAS, whose threads change the last bits: the result depends on the matrix alone.
 """
 
 from collections.abc import Callable
@@ -24,10 +24,10 @@ FEW_STEPS = 10
 def largest_eigenvalue_bound(
     product: Callable[[np.ndarray], np.ndarray], moving: np.ndarray
 ) -> tuple[float, np.ndarray]:
-    """Upper bound of the largest eigenvalue of a positive semidefinite matrix, and a unit vector
-    (size,) close to its eigenvector.
+    """Return an upper bound of the largest eigenvalue and a unit vector (size,) near its vector.
 
-    product: the matrix times a vector (size,). moving (size,): where it is not zero.
+    The matrix is positive semidefinite. product: function that returns the matrix times a vector
+    (size,). moving (size,): True where rows of the matrix may be nonzero.
     """
     estimate, vector = lanczos(product, start_vector(moving), STEPS)
     return estimate / (1.0 - shortfall(int(moving.sum()), STEPS)), vector
@@ -36,27 +36,27 @@ def largest_eigenvalue_bound(
 def largest_eigenvalue_estimate(
     product: Callable[[np.ndarray], np.ndarray], moving: np.ndarray
 ) -> float:
-    """About the largest eigenvalue of such a matrix, not more than it."""
+    """Return an estimate of the largest eigenvalue from below, in fewer steps than the bound."""
     return lanczos(product, start_vector(moving), FEW_STEPS)[0]
 
 
 def start_vector(moving: np.ndarray) -> np.ndarray:
-    """A random unit vector (size,) of what moves."""
+    """Return a random unit vector (size,), zero where `moving` is False."""
     start = np.random.default_rng(0).standard_normal(len(moving)) * moving
     return start / length(start)
 
 
 def shortfall(size: int, steps: int) -> float:
-    """eps: what the estimate may lack of the eigenvalue, as a share of it."""
+    """Return eps, the largest error of the estimate over the eigenvalue [-]."""
     return float((np.log(1.648 * np.sqrt(size) / FAILING_SHARE) / (2 * steps - 1)) ** 2)
 
 
 def lanczos(
     product: Callable[[np.ndarray], np.ndarray], start: np.ndarray, steps: int
 ) -> tuple[float, np.ndarray]:
-    """Largest Ritz value and its unit vector after `steps` from the unit vector `start`.
+    """Return the largest Ritz value and its unit vector after `steps` from the unit vector `start`.
 
-    Without reorthogonalisation: directions are lost only when the largest Ritz value has converged
+    There is no reorthogonalisation: orthogonality is lost only once that value has converged
     (Paige 1976, J. Inst. Math. Appl. 18:341-349).
     """
     basis = np.zeros((steps, len(start)), dtype=np.float32)  # only the vector hangs on it
@@ -82,5 +82,5 @@ def lanczos(
 
 
 def length(vector: np.ndarray) -> float:
-    """Euclidean norm."""
+    """Return the Euclidean norm."""
     return float(np.sqrt(np.einsum("i,i", vector, vector)))

@@ -1,10 +1,10 @@
-"""What a layer adds to the stiffness at most, the same for every component of its nodes.
+"""Upper bound of the stiffness of a layer, the same for every component of its nodes.
 
 With a = grad u along the facet its second variation is V (dS : dE + S : a^T a), dE the symmetric
 part of F^T a. As |dE| <= |F^T a| <= lambda |a| with the largest stretch lambda, and dS : dE is at
 most D dE : dE,
-    V (D lambda^2 + S+) |a|^2,   S+ the largest principal stress, if it pulls;
-what goes around adds V (D h^2 + S+) (dr / R)^2 (elements/layer.py).
+    V (D lambda^2 + S+) |a|^2,   S+ the largest principal stress if it is tensile, else 0.
+The hoop direction adds V (D h^2 + S+) (dr / R)^2 (elements/layer.py).
 """
 
 import numpy as np
@@ -13,14 +13,14 @@ from softsim.elements.layer import Layer
 
 
 class LayerStiffness:
-    """The stiffness of a layer in any configuration. stencils: nodes (c, m) of its facets."""
+    """Stiffness of a layer in any configuration. stencils: nodes (c, m) of its facets."""
 
     def __init__(self, layer: Layer) -> None:
         self.layer, self.name = layer, f"layer '{layer.name}'"
         self.stencils = [layer.facets.T]
 
     def at(self, x: np.ndarray) -> list[np.ndarray]:
-        """Stiffness (c, c, m) [N/m] between the corners of each facet, nodes at x (n, d) [m]."""
+        """Return the stiffness (c, c, m) [N/m] of each facet with the nodes at x (n, d) [m]."""
         layer = self.layer
         F, hoop = layer.deformation(x), layer.hoop(x)
         pull = np.maximum(np.linalg.eigvalsh(layer.stress(x))[:, 1], 0.0)

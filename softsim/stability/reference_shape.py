@@ -1,10 +1,10 @@
-"""The shape for which the stable step was estimated: near it, the estimate holds.
+"""Shape for which the stable step was estimated; near it, the estimate holds.
 
-The bound takes contact as if every node that may touch did (contact_stiffness.py), and chambers as
-full as they ever get: what changes it is that elements deform, and that nodes come near a wall. An
-element whose principal stretches have changed by the share e since the estimate has gradients of at
-most 1 / (1 - e) of those then, so that its stable step has fallen by about e, and by as much again
-where its law stiffens with strain.
+The bound assumes contact at every node that may touch (contact_stiffness.py), and the most content
+that chambers ever have: it changes only if elements deform or nodes come near a wall. An element
+whose principal stretches have changed by the fraction e since the estimate has gradients of at most
+1 / (1 - e) times those then, so that its stable step has fallen by about e, and by as much again if
+its law stiffens with strain.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ ALLOWED_FOLDING = 0.04
 
 
 class ReferenceShape:
-    """A model with all nodes at x (n, d) [m]."""
+    """Shape of a model with all nodes at x (n, d) [m]."""
 
     def __init__(self, model: Model, x: np.ndarray) -> None:
         self.model, self.x = model, x
@@ -31,9 +31,11 @@ class ReferenceShape:
         self.reach = 0.5 * REACH * np.ptp(model.points, axis=0).max()
 
     def is_near(self, x: np.ndarray) -> bool:
-        """True if, with all nodes at x (n, d) [m], no element is strained against this shape by
-        more than ALLOWED_STRAIN, no cable bent by more than ALLOWED_FOLDING, and no node moved by
-        half the reach of contact. NaN is not near.
+        """Return True if all nodes at x (n, d) [m] form a shape near this one.
+
+        No element is strained relative to this shape by more than ALLOWED_STRAIN, no cable is bent
+        by more than ALLOWED_FOLDING, and no node has moved by more than half the reach of contact
+        in any component. False for NaN.
         """
         with np.errstate(invalid="ignore", over="ignore"):
             if not np.abs(x - self.x).max() <= self.reach:
@@ -48,6 +50,6 @@ class ReferenceShape:
 
 
 def largest_strain(F: np.ndarray) -> float:
-    """The largest norm of Green's strain (F^T F - I) / 2 of deformations F (m, 3, 3)."""
+    """Return the largest norm of the Green strain (F^T F - I) / 2 of F (m, 3, 3)."""
     strain = 0.5 * (F.transpose(0, 2, 1) @ F - np.eye(3))
     return float(np.sqrt(np.einsum("eij,eij->e", strain, strain).max()))

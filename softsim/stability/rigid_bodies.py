@@ -1,17 +1,17 @@
 """Rigid bodies in the bound of the stable step: their inertia, and the springs on them.
 
-For the stable step the tie of nodes to a body is cut: nodes and body then move on their own, which
-takes nothing away (a constraint only removes motions). The body's inertia may go to either side. A
-mass eps at each of the k tied nodes, at r from the centre, moves with at most
-2 eps (k |v|^2 + sum r^2 |omega|^2) / 2, so it is paid for by the share s of the body when
+For the stable step the tie of nodes to a body is cut, so that nodes and body move independently.
+This is safe, as a constraint only removes motions. The body's inertia may be assigned to either. A
+mass eps at each of the k tied nodes, at r from the centre, has at most the kinetic energy
+2 eps (k |v|^2 + sum r^2 |omega|^2) / 2, which the fraction s of the body's inertia covers if
 eps = s/2 min(M / k, I / sum r^2).
 
-A spring k along a line through a point, and K against turning, add k/M + K/I to omega^2 at most.
+A spring k along a line through a point, and K against rotation, add at most k/M + K/I to omega^2.
 
-Nodes, with the largest omega^2 p, and bodies, with b, that press each other: the springs between
-them alone make at most d of nodes where bodies are fixed, and s of bodies where nodes are. The
-block that couples both is a product of two whose norms are the roots of that. So all together have
-at most the larger eigenvalue of
+Let nodes alone have the largest omega^2 p, bodies alone b. The springs of the contact between them
+alone give at most d for nodes if bodies are fixed, and s for bodies if nodes are fixed. The block
+that couples both is a product of two matrices whose norms are the roots of these. So all together
+have at most the larger eigenvalue of
     [ p          sqrt(d s) ]
     [ sqrt(d s)  b         ].
 """
@@ -28,7 +28,7 @@ TIED_SHARE = 0.25
 
 
 def tied_mass(body: RigidBodyData, points: np.ndarray, tied: np.ndarray) -> float:
-    """Mass [kg] that each of the nodes `tied` gets of the body; infinite where it cannot move."""
+    """Return the mass [kg] of the body for each of the nodes `tied`; infinite if it cannot move."""
     mass, inertia = least_inertia(body, points.shape[1])
     spread = ((points[tied] - body.centre) ** 2).sum()
     if len(tied) == 0:
@@ -38,16 +38,15 @@ def tied_mass(body: RigidBodyData, points: np.ndarray, tied: np.ndarray) -> floa
 
 
 def least_inertia(body: RigidBodyData, dimension: int) -> tuple[float, float]:
-    """Mass [kg] and smallest moment of inertia [kg m^2] of what may move; infinite if nothing."""
+    """Return the mass [kg] and smallest moment of inertia [kg m^2]; infinite if held."""
     mass = body.mass if any(body.free[:dimension]) else np.inf
     return mass, float(np.diag(body.inertia)[list(body.free[3:])].min(initial=np.inf))
 
 
 class TiedSprings:
-    """Springs at nodes (k,), each as stiff in all directions: those whose nodes are tied to a rigid
-    body hold it.
+    """Isotropic springs at nodes (k,), of which those at nodes tied to a rigid body hold it.
 
-    points (n, d) [m]: of all nodes at rest, to which the body's inertia belongs.
+    points (n, d) [m]: positions of all nodes at rest, for which the body's inertia is given.
     """
 
     def __init__(self, body: RigidBodyData, points: np.ndarray, nodes: np.ndarray) -> None:
@@ -62,8 +61,9 @@ class TiedSprings:
         self.inertia = inertia[self.moving]
 
     def largest_frequency(self, stiffness: np.ndarray) -> float:
-        """Largest omega^2 [1/s^2] of the body alone on them, their stiffness (k,) [N/m]; 0 where it
-        is held.
+        """Return the largest omega^2 [1/s^2] of the body alone on these springs.
+
+        stiffness (k,) [N/m]: of the springs. The result is 0 if the body is fixed or has no spring.
         """
         if self.hold_nothing:
             return 0.0
@@ -78,17 +78,17 @@ class TiedSprings:
 
 
 def with_bodies(nodes: float, bodies: float, pressed: float, pressing: float) -> float:
-    """Largest omega^2 [1/s^2] of nodes and rigid bodies together.
+    """Return a bound of omega^2 [1/s^2] of nodes and rigid bodies together.
 
-    nodes, bodies: of each alone, with all its springs. pressed, pressing: of nodes and bodies with
-    those between them alone.
+    nodes, bodies: omega^2 of each alone, with all its springs. pressed, pressing: omega^2 of nodes
+    and of bodies with the springs between them alone.
     """
     mean, half = 0.5 * (nodes + bodies), 0.5 * (nodes - bodies)
     return float(mean + np.sqrt(half**2 + pressed * pressing))
 
 
 def load_springs(model: Model) -> list[RigidSpring]:
-    """The springs on rigid bodies of all loads."""
+    """Return the springs of all loads on rigid bodies."""
     centres = np.array(
         [body.with_tied_mass(model.points, model.mass)[1] for body in model.rigid_bodies]
     )
@@ -97,8 +97,9 @@ def load_springs(model: Model) -> list[RigidSpring]:
 
 
 def spring_frequencies(model: Model, springs: list[RigidSpring]) -> dict[str, float]:
-    """Largest k/M + K/I [1/s^2] of the rigid bodies on their springs of each kind, by kind, with
-    the share of their inertia that their tied nodes leave them.
+    """Return the largest k/M + K/I [1/s^2] of the rigid bodies for springs of each kind, by kind.
+
+    The inertia of a body is reduced by the part assigned to its tied nodes.
     """
     stiffness: dict[str, np.ndarray] = {}
     for spring in springs:

@@ -1,13 +1,13 @@
-"""The schedule of inspections, which estimate the stable step: it changes as elements deform.
+"""Schedule of the estimates of the stable step, which changes as elements deform.
 
-The step in use leaves room below the stable one (solver.safety_factor, 0.9 unless given). A load
+The step in use has a margin below the stable one (solver.safety_factor, 0.9 unless given). A load
 that starts grows with the square or the cube of time, so from one interval to the next, twice as
-long, its effect may grow eightfold: ALLOWED_CHANGE, 1/100, then is 8/100. An estimate costs as much
-as some hundred increments, a look at the elements a tenth of that. So where the step hardly falls,
-estimates lie further apart than looks, each of which asks for an estimate where elements were
-strained since the last one (stability/reference_shape.py): no load that starts, no impact goes
-unseen for longer than LOOK_INTERVAL, nor, in a short run, for longer than 1/LEAST_LOOKS of it.
-Where the step may soon grow, estimates lie no further apart than LONGEST_TO_GROW.
+long, its effect may grow eightfold: ALLOWED_CHANGE, 1/100, then becomes 8/100. An estimate costs as
+much as some hundred increments, a look at the strains of the elements a tenth of that. While the
+step hardly falls, estimates are therefore further apart than looks. A look requests an estimate if
+elements were strained since the last one (stability/reference_shape.py): the start of a load or an
+impact is detected within LOOK_INTERVAL, and in a short run within 1/LEAST_LOOKS of it. While the
+step may soon grow, estimates are no further apart than LONGEST_TO_GROW.
 """
 
 from dataclasses import dataclass
@@ -29,13 +29,12 @@ ESTIMATES_TO_GROW = 8
 
 @dataclass
 class StableStepSchedule:
-    """The next look at the elements, and the next estimate of the stable step, of a run whose first
-    one is known.
+    """Schedule of looks at the elements and of estimates of the stable step, after the first one.
 
     lowest: the smallest stable step [s] since it last grew, from which the step in use is taken.
-    look_due, estimate_due: the increment counts at which they are due. interval: increments between
-    the last estimate and the next one. grown: how many estimates in a row were above the lowest by
-    GROWTH, lowest_grown: the smallest of them [s].
+    look_due, estimate_due: increment counts at which they are due. interval: increments between the
+    last estimate and the next one. grown: number of estimates in a row above GROWTH times the
+    lowest; lowest_grown: the smallest of them [s].
     """
 
     lowest: float
@@ -48,7 +47,7 @@ class StableStepSchedule:
     def plan_next(self, stable: float, increment_count: int, run_length: float) -> None:
         """Plan the next estimate after one that found the stable step `stable` [s].
 
-        increment_count: done so far. run_length: increments of the whole run.
+        increment_count: increments done so far. run_length: increments of the whole run.
         """
         self.interval = next_interval(self.interval, self.lowest, stable, run_length)
         self.estimate_due = increment_count + self.interval
@@ -62,16 +61,20 @@ class StableStepSchedule:
             self.grown, self.lowest = 0, self.lowest_grown
 
     def plan_look(self, increment_count: int, run_length: float) -> None:
-        """Plan the next look, so many increments being done, of a run of so many."""
+        """Plan the next look at the elements.
+
+        increment_count: increments done so far. run_length: increments of the whole run.
+        """
         interval = max(SHORTEST_INTERVAL, int(min(LOOK_INTERVAL, run_length / LEAST_LOOKS)))
         self.look_due = min(self.estimate_due, increment_count + interval)
 
 
 def next_interval(interval: int, lowest: float, now: float, run_length: float) -> int:
-    """Increments to the next estimate, after `interval` of them.
+    """Return the number of increments to the next estimate, after `interval` of them.
 
-    lowest: the smallest stable step [s] lately, from which the step in use was taken; `now`:
-    that of now. While a body only swings, the lowest is soon known and nothing falls below it.
+    lowest: the smallest recent stable step [s], from which the step in use was taken; `now`: the
+    current one. While a body only oscillates, the lowest is soon known and the step does not fall
+    below it.
     run_length: increments of the whole run.
     """
     fall = max(0.0, float(np.log(lowest / now)))

@@ -3,25 +3,24 @@
 Where masses are scaled (mass_scaling.py), the matrix is R M^-1/2 K M^-1/2 R with R the inverse root
 of M^-1/2 M' M^-1/2.
 
-Where nodes are tied to facets (elements/ties.py), u = T q, the stiffness of what moves is T^T K T.
-K is scaled by 1/sqrt(m) of each node, which of a tied one is the mass that a force on it has to
-move, and the whole is P^T (M^-1/2 K M^-1/2) P with P = M^1/2 T M^-1/2 the motion of each node.
+Where nodes are tied to facets (elements/ties.py), u = T q and the stiffness of the independent
+components q is T^T K T. K is scaled by 1/sqrt(m) of each node; m of a tied node is the mass that a
+force on it has to move. The matrix is P^T (M^-1/2 K M^-1/2) P with P = M^1/2 T M^-1/2.
 
 K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: pressures, G_a = dJ_a/dx, with their bulk
                                                 viscosity eta_a
   + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)     shape and initial stress: tangent.py,
-                                                with d^2F_zz where elements go around
+                                                with d^2F_zz in elements with hoop strain
   + sum_j B_j (x) 1                             segments and joints of cables: cable_stiffness.py;
                                                 facets of layers: layer_stiffness.py; bars of
                                                 fibres, pieces of pulled cables:
                                                 embedded_stiffness.py
   + diag(k_a)                                   contact: contact_stiffness.py
-  + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, as full as their profile ever makes them
+  + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, with the most content of their profile
   + sum_c k dL/dx (x) dL/dx                     pulled cables.
-Nodes that are tied to a rigid body count as free, with some of its mass (rigid_bodies.py); what
-holds the body itself, its contacts and springs, is beside this matrix. Fixed and prescribed
-components do not move.
-The load stiffness of a pressure p is left out: some p / kappa of what contact adds.
+Nodes that are tied to a rigid body count as free, with some of its mass (rigid_bodies.py). Contacts
+and springs of the body itself are not part of this matrix. Fixed and prescribed components do not
+move. The load stiffness of a pressure p is left out: some p / kappa of the contact stiffness.
 """
 
 from dataclasses import dataclass, replace
@@ -46,7 +45,7 @@ class ScaledStiffness:
     """M^-1/2 K M^-1/2 [1/s^2] at one configuration and one step.
 
     gradient (p + r, n d): V_a G [m^2], then rows [(N/m)^1/2] whose squares are added, of the
-    elements that go around; back: its transpose, of the same numbers. volume_stiffness (p,)
+    elements with hoop strain; back: its transpose, with the same data. volume_stiffness (p,)
     [N/m^5]: (kappa + 2 eta_a / dt) / V_a. shape (n, n) [N/m]: shape and initial stress, the same
     for every component. contact (n d,) [1/s^2]. chambers, cables: vectors (n d,) [1/s] whose
     squares are added. inverse_sqrt_mass (n d,): M^-1/2. slowing (n d, n d): R, or None. following
@@ -65,16 +64,16 @@ class ScaledStiffness:
     following: sp.csr_matrix | None
 
     def product(self, v: np.ndarray) -> np.ndarray:
-        """The matrix times a vector (n d,)."""
+        """Return the matrix times a vector (n d,)."""
         return self.reduced(self._product_of_own_masses(self.motion(v)))
 
     def motion(self, v: np.ndarray) -> np.ndarray:
-        """P R v: the displacement of a vector of the matrix, times M^1/2."""
+        """Return P R v: the displacement of a vector v of the matrix, times M^1/2."""
         slowed = v if self.slowing is None else self.slowing @ v
         return slowed if self.following is None else self.following @ slowed
 
     def reduced(self, f: np.ndarray) -> np.ndarray:
-        """R P^T f: forces, times M^-1/2, on what moves."""
+        """Return R P^T f: the forces, times M^-1/2, on the independent components."""
         gathered = f if self.following is None else self.following.T @ f
         return gathered if self.slowing is None else self.slowing @ gathered
 
@@ -91,26 +90,26 @@ class ScaledStiffness:
         return result
 
     def pressures(self, v: np.ndarray) -> np.ndarray:
-        """(kappa + 2 eta_a / dt) dJ_a (p,) [Pa] of the displacement M^-1/2 v [m]."""
+        """Return (kappa + 2 eta_a / dt) dJ_a (p,) [Pa] for the displacement M^-1/2 v [m]."""
         volumes = (self.gradient @ (self.inverse_sqrt_mass * v))[: len(self.volume_stiffness)]
         return self.volume_stiffness * volumes
 
     def chamber_frequency(self) -> float:
-        """Upper bound of omega^2 [1/s^2] of the chambers alone."""
+        """Return an upper bound of omega^2 [1/s^2] of the chambers alone."""
         return float(sum((self.reduced(c) ** 2).sum() for c in self.chambers))
 
     def cable_frequency(self) -> float:
-        """Upper bound of omega^2 [1/s^2] of the pulled cables alone."""
+        """Return an upper bound of omega^2 [1/s^2] of the pulled cables alone."""
         return float(sum((self.reduced(c) ** 2).sum() for c in self.cables))
 
 
 class ModelStiffness:
-    """The stiffness of a model in any configuration: its pattern and its masses, once.
+    """Stiffness of a model in any configuration, with its sparsity pattern and masses.
 
-    moving (n d,): which components move by themselves. inverse_sqrt_mass (n d,): 1/sqrt(m) of all
-    that move, else 0.
-    There are p pressures, pressures (k, m), of each region, numbers those of its elements.
-    mobility (n,): how fast a force on one node alone sets it in motion, over 1/m [-].
+    moving (n d,): True for independent components. inverse_sqrt_mass (n d,): 1/sqrt(m) of all that
+    move, else 0. pressures: for each region the numbers (k, m) of its elements' pressures, of p in
+    all. mobility (n,): acceleration of a node under a force on it alone, times m over that force
+    [-].
     """
 
     def __init__(self, model: Model) -> None:
@@ -161,11 +160,11 @@ class ModelStiffness:
         self.gradient = sp.vstack([of_components(of_volume, d), *rows], format="csr")
 
     def elements(self, x: np.ndarray) -> list[ElementStiffness]:
-        """Element stiffness of each region with all nodes at x (n, d) [m]."""
+        """Return the element stiffness of each region with all nodes at x (n, d) [m]."""
         return [r.at(x[r.region.nodes]) for r in self.regions]
 
     def at(self, elements: list[ElementStiffness], x: np.ndarray) -> ScaledStiffness:
-        """The matrix without damping, with all nodes at x, where the elements are like this."""
+        """Return the matrix without damping for these elements, all nodes at x (n, d) [m]."""
         d = x.shape[1]
         of_others = [stiffness for part in self.beside for stiffness in part.at(x)]
         shape = flat([*(e.shape_stiffness for e in elements), *of_others])
@@ -194,22 +193,22 @@ class ModelStiffness:
         )
 
     def damped(self, undamped: ScaledStiffness, x: np.ndarray, dt: float) -> ScaledStiffness:
-        """The matrix with (2 / dt) C of bulk viscosity and dashpots at the step dt [s]."""
+        """Return the matrix with (2 / dt) C of bulk viscosity and dashpots at the step dt [s]."""
         modulus = self.bulk_modulus + 2.0 * self.bulk_viscosity / dt
         stiffness = modulus / self.pressure_volumes
         return replace(undamped, volume_stiffness=stiffness, contact=self._contact(x, dt))
 
     def _contact(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Stiffness of contact over mass (n d,) [1/s^2]."""
+        """Return the contact stiffness over mass (n d,) [1/s^2]."""
         return np.repeat(self.contact.of_nodes(x, dt), x.shape[1]) * self.inverse_sqrt_mass**2
 
     def hardest_press(self, x: np.ndarray, dt: float) -> float:
-        """Largest omega^2 [1/s^2] of a node on what it may press of rigid bodies."""
+        """Return the largest omega^2 [1/s^2] of a node in contact with rigid bodies."""
         pressed = self.contact.of_pressed(x, dt)
         return float((pressed[:, None] * self.inverse_sqrt_mass.reshape(x.shape) ** 2).max())
 
     def hardest_hit(self, x: np.ndarray, dt: float) -> float:
-        """Largest omega^2 [1/s^2] of a node on what it may hit, for all that are tied to it too."""
+        """Return the largest omega^2 [1/s^2] of a node on impact, with that of nodes tied to it."""
         hits = self.model.ties.handed_over(self.contact.of_hits(x, dt))
         moved = self.mobility[:, None] * self.inverse_sqrt_mass.reshape(x.shape) ** 2
         return float((hits[:, None] * moved).max())
@@ -218,9 +217,11 @@ class ModelStiffness:
 def pairs(
     first: list[np.ndarray], second: list[np.ndarray], shape: tuple[int, int]
 ) -> tuple[sp.csr_matrix, np.ndarray]:
-    """Pairs of a number of `first` (a, m) and one of `second` (b, m), below those of `shape`, that
-    share an element, of each region: a sparse pattern with an entry for each pair, and which entry
-    each two are, the (a b m,) of all regions one after another.
+    """Return the pattern of pairs that share an element, and the entry number of each pair.
+
+    Pairs consist of a number of `first` (a, m) and one of `second` (b, m) of each region, smaller
+    than `shape`. The pattern is sparse with an entry for each pair; the entry numbers (a b m,) of
+    all regions follow one another.
     """
     of_first, of_second = (
         sp.vstack([incidence(n.T, count) for n in numbers], format="csr")
@@ -241,34 +242,36 @@ def pairs(
 
 
 def of_components(pattern: sp.csr_matrix, d: int) -> sp.csr_matrix:
-    """Of a pattern of nodes (rows, n) that of their components (rows, n d)."""
+    """Return the pattern of components (rows, n d) for a pattern of nodes (rows, n)."""
     columns = (pattern.indices[:, None] * d + np.arange(d, dtype=np.int32)).ravel()
     parts = (np.ones(len(columns)), columns, pattern.indptr * d)
     return sp.csr_matrix(parts, shape=(pattern.shape[0], pattern.shape[1] * d))
 
 
 def hoop_rows(nodes: np.ndarray, n: int, d: int) -> sp.csr_matrix:
-    """A pattern (r, n d): in each row, node by node, the components of its nodes (r, k)."""
+    """Return a pattern (r, n d) with the components of the nodes (r, k) of each row."""
     starts = np.arange(0, nodes.size + 1, max(1, nodes.shape[1]))
     rows = sp.csr_matrix((np.ones(nodes.size), nodes.ravel(), starts), (len(nodes), n))
     return of_components(rows, d)
 
 
 def flat(of_regions: list[np.ndarray]) -> np.ndarray:
-    """All numbers, region by region."""
+    """Return all values in one array, region by region."""
     if len(of_regions) == 1:  # a concatenation would copy it
         return of_regions[0].ravel()
     return np.concatenate([values.ravel() for values in of_regions])
 
 
 def with_values(pattern: sp.csr_matrix, values: np.ndarray) -> sp.csr_matrix:
-    """The matrix of a pattern with these values of its entries."""
+    """Return the matrix of a pattern with these values of its entries."""
     return sp.csr_matrix((values, pattern.indices, pattern.indptr), shape=pattern.shape)
 
 
 def inverse_sqrt_mass(model: Model) -> np.ndarray:
-    """1/sqrt(m) (n, d) of the components that move, 0 of the others; where none does, as if all
-    did, for a step is wanted still. m of a tied node: what a force on it has to move.
+    """Return 1/sqrt(m) (n, d) of the components that move, 0 for the others.
+
+    If none moves, all count as moving, so that a step can be computed. m of a tied node is the mass
+    that a force on it has to move.
     """
     own_mass = np.where(model.mass > 0.0, model.mass, np.inf)  # corners of outlines have none
     moves, mass = model.is_free.copy(), own_mass.copy()
@@ -284,9 +287,10 @@ def inverse_sqrt_mass(model: Model) -> np.ndarray:
 
 
 def following(model: Model, inverse_sqrt_mass: np.ndarray) -> sp.csr_matrix | None:
-    """P = M^1/2 T M^-1/2 (n d, n d) of a model with tied nodes: of these each row has the length 1;
-    None of one without. inverse_sqrt_mass (n d,) as the function of this name has it, of a
-    tied node with the mass that a force on it has to move.
+    """Return P = M^1/2 T M^-1/2 (n d, n d), or None for a model without tied nodes.
+
+    Rows of tied nodes have the length 1. inverse_sqrt_mass (n d,): the result of the function of
+    this name.
     """
     if not len(model.ties.nodes):
         return None
@@ -299,8 +303,10 @@ def following(model: Model, inverse_sqrt_mass: np.ndarray) -> sp.csr_matrix | No
 
 
 def chamber_vectors(model: Model, x: np.ndarray) -> list[np.ndarray]:
-    """sqrt(-dp/dV) M^-1/2 dV/dx (n d,) [1/s] of each chamber whose pressure falls with its volume,
-    as full as its profile ever makes it.
+    """Return sqrt(-dp/dV) M^-1/2 dV/dx (n d,) [1/s] of each chamber with volume stiffness.
+
+    These are chambers whose pressure falls with their volume, with the most content of their
+    profile.
     """
     vectors = []
     for load in model.pressures:
@@ -312,7 +318,7 @@ def chamber_vectors(model: Model, x: np.ndarray) -> list[np.ndarray]:
 
 
 def volume_gradient(geometry: Geometry, facets: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """dV/dx (n, d) [m^2] of the volume that facets enclose: the forces of a pressure of 1 Pa."""
+    """Return dV/dx (n, d) [m^2] of the volume that facets enclose: the forces per pressure."""
     gradient = np.zeros_like(x)
     np.add.at(gradient, facets, geometry.volume_gradient(x, facets))
     return gradient

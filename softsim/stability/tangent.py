@@ -5,27 +5,27 @@ variation of W(I1_bar) and of the pressure's work p J per reference volume is
     W'  [ 2 tr(h b_bar h^T) + I1_bar (4/9 (tr h)^2 + 2/3 tr h^2) - 8/3 tr h (b_bar : h) ]
     + 4 W'' (e : h)^2  +  p J [ (tr h)^2 - tr h^2 ],
 initial stress included. With q = 2/3 I1_bar W' - p J the terms in tr h^2 are q tr h^2 <= |q| |h|^2;
-what is left acts on tr h and e : h alone, by a matrix (in the orthonormal basis I/sqrt 3, e/|e|)
+the other terms act on tr h and e : h alone, by a matrix (in the orthonormal basis I/sqrt 3, e/|e|)
     [ 3 p J - 4/3 I1_bar W'    -4/sqrt 3 W' |e| ]
     [ symmetric                     4 W'' |e|^2 ],
 whose largest eigenvalue is r. So the variation is at most
     2 W' tr(h b_bar h^T) + (|q| + max(r, 0)) |h|^2,  where tr(h b_bar h^T) = J^(-2/3) |Grad u|^2.
-At rest that is 2 mu0 |grad u|^2, the exact one being 2 mu0 |dev sym grad u|^2.
+At rest that is 2 mu0 |grad u|^2, while the exact variation is 2 mu0 |dev sym grad u|^2.
 
 Of W(I1_bar, I2_bar) the variation is taken along the principal axes of b_bar (Ogden 1984,
-Non-linear Elastic Deformations, section 6.1), with H and W1, W2 of materials/law.py and the whole
-Kirchhoff stress tau, p J included. It falls apart into the normal components h_ii, with the matrix
+Non-linear Elastic Deformations, section 6.1), with H and W1, W2 of materials/law.py and the total
+Kirchhoff stress tau, p J included. It splits into the normal components h_ii, with the matrix
     H_ij + p J - tau_i delta_ij,
 and the pairs (h_ij, h_ji), with
     [ a b_j    a b_j - tau_j ]
     [ sym.     a b_i         ],    a = 2 W1 + 2 W2 b_k,  k the third axis.
-2 max(W1, 0) tr(h b_bar h^T) is split off again: that takes 2 max(W1, 0) b_j from what h_ij^2 is
-multiplied by, and the largest eigenvalue of what is left is the rest of the bound. It is no less
-than tau_i - 2 max(W1, 0) b_i: a ring's F_zz has a second variation of its own.
+2 max(W1, 0) tr(h b_bar h^T) is split off again, which subtracts 2 max(W1, 0) b_j from the factor of
+h_ij^2. The largest eigenvalue of the remainder is the other part of the bound. It is no less than
+tau_i - 2 max(W1, 0) b_i, because F_zz of a ring has a second variation of its own.
 
-A Maxwell branch adds what a law with W' = mu/2 would, its metric F A F^T J^(-2/3) in the place of
-b_bar. In an element that came straight from rest that metric lies between b_bar (nothing has
-relaxed) and I (all has); both ends are covered, and so is what lies between.
+A Maxwell branch adds the variation of a law with W' = mu/2, with its metric F A F^T J^(-2/3) in
+place of b_bar. In an element that was deformed straight from rest that metric lies between b_bar
+(unrelaxed) and I (relaxed); the bound covers both ends and all states between them.
 """
 
 from dataclasses import dataclass
@@ -37,12 +37,15 @@ from softsim.materials.law import FirstInvariantLaw, Law
 from softsim.materials.material import Material
 
 AXES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
-"""Two axes of a pair, and the third."""
+"""Axes i, j of each pair, and the third axis k."""
 
 
 @dataclass(frozen=True)
 class TangentBound:
-    """Moduli (m,) [Pa]: `material` of |Grad u|^2, `spatial` of |grad u|^2."""
+    """Upper bound of the tangent stiffness, as factors of two squared gradients.
+
+    Moduli (m,) [Pa]: `material` of |Grad u|^2, `spatial` of |grad u|^2.
+    """
 
     material: np.ndarray
     spatial: np.ndarray
@@ -51,8 +54,9 @@ class TangentBound:
 def tangent_bound(
     material: Material, J: np.ndarray, b_bar: np.ndarray, pressure: np.ndarray
 ) -> TangentBound:
-    """The bound for elements with these J (m,), b_bar (3, 3, m), and pressure (m,) [Pa], positive
-    in tension.
+    """Return the bound for elements with J (m,), b_bar (3, 3, m) and pressure (m,) [Pa].
+
+    The pressure is positive in tension.
     """
     law = material.law
     branches = sum(branch.shear_modulus for branch in material.branches)
@@ -79,7 +83,10 @@ def _of_first_invariant(
     b_bar: np.ndarray,
     pressure: np.ndarray,
 ) -> TangentBound:
-    """Of a law with these W' and W'' (m,) [Pa] and branches with this sum of moduli [Pa]."""
+    """Return the bound for a law W(I1_bar) with Maxwell branches.
+
+    slope, curvature (m,) [Pa]: W' and W''. branches [Pa]: sum of the moduli of the branches.
+    """
     I1_bar = b_bar[0, 0] + b_bar[1, 1] + b_bar[2, 2]
     e_squared = (b_bar**2).sum(axis=(0, 1)) - I1_bar**2 / 3.0
     e_size = np.sqrt(np.maximum(e_squared, 0.0))
@@ -105,8 +112,10 @@ def _of_first_invariant(
 
 
 def _largest_left(law: Law, b: np.ndarray, split: np.ndarray, pJ: np.ndarray) -> np.ndarray:
-    """What is left of the variation of a law at b (m, 3) over |h|^2 (m,) [Pa], at most, once
-    split tr(h b_bar h^T) is taken from it.
+    """Return the bound (m,) [Pa] of the variation minus split tr(h b_bar h^T), over |h|^2.
+
+    b (m, 3): principal values of b_bar. split (m,) [Pa]: factor of the term that is subtracted.
+    The bound is at least 0.
     """
     W1, W2 = law.slopes(b)
     tau = law.stress(b) + pJ[:, None]

@@ -1,14 +1,14 @@
-"""The stable step of central differences, and what limits it.
+"""Stable time step of central differences and its limits.
 
 Velocities lag half a step: M (v+ - v-) = -dt (K x + C v-). As v- = (v+ + v-)/2 - (v+ - v-)/2, that
 is a central difference with the mass M - (dt/2) C and damping at the middle of the step. It is
 stable while M - (dt/2) C - (dt^2/4) K is positive definite (Belytschko, Liu, Moran, Nonlinear
 Finite Elements, ch. 6, by the energy):
     dt < 2 / sqrt(lambda),  lambda the largest eigenvalue of M^-1 (K + (2 / dt) C);
-of one mode with the damping ratio z that is dt < 2/omega (sqrt(1 + z^2) - z). K is bounded from
+for one mode with the damping ratio z that is dt < 2/omega (sqrt(1 + z^2) - z). K is bounded from
 above in stability/stiffness.py, lambda in stability/lanczos.py. Maxwell branches count as springs.
-Local damping (Nodes.shift_damped) enlarges every force that slows its node down: at the limit,
-where nodes pass through their rest in each step, that is all of them.
+Local damping (Nodes.shift_damped) increases every force that slows its node down: at the stability
+limit, where the velocity of each node changes sign in every step, these are all forces.
 """
 
 from dataclasses import dataclass
@@ -47,12 +47,12 @@ STIFFEST = "an element"
 
 @dataclass(frozen=True)
 class StableStep:
-    """The step to take [s], without safety factor, and what limits it.
+    """Time step [s] without safety factor, and its limit.
 
-    value: what is taken, for accuracy less than stability asks where that is named in `limit`.
-    stable: up to here no mode grows [s]. cause: what sets `value`, in words; STIFFEST of an
-    element. region, element: that which holds most of the fastest mode, numbered within its region.
-    x (n, d): where all nodes were [m].
+    value [s]: step to take, which for accuracy may be less than the stable one; `limit` then names
+    the reason. stable [s]: stability limit. cause: text of the limit of `value`; STIFFEST for an
+    element. region, element: element with most energy of the fastest mode, numbered within its
+    region. x (n, d): positions of all nodes [m].
     """
 
     value: float
@@ -64,24 +64,24 @@ class StableStep:
 
     @property
     def limit(self) -> str:
-        """What sets `value`, in words, with the name of an element."""
+        """Text of the limit of `value`, with the name of the element if an element sets it."""
         if self.cause != STIFFEST:
             return self.cause
         return element_name(self.region, self.element, self.x)
 
     @property
     def altitude(self) -> float:
-        """The smallest of the element [m]."""
+        """Smallest altitude of the element [m]."""
         return altitude(self.x[self.region.nodes][self.region.cells[self.element]])
 
     def describe(self) -> str:
-        """One line for people."""
+        """Return one line of text with the step and its limit."""
         beyond = f"; stability limit {self.stable * 1e6:.3g} us" if self.stable > self.value else ""
         return f"{self.value * 1e6:.3g} us, limited by {self.limit}{beyond}"
 
 
 def element_frequencies(region: Region) -> np.ndarray:
-    """Upper bound of omega^2 [1/s^2] of each element at rest."""
+    """Return an upper bound (m,) of omega^2 [1/s^2] of each element at rest."""
     material, geometry, x = region.material, region.geometry, region.points
     gradients = geometry.gradients(x, region.cells)
     d = geometry.dimension
@@ -104,8 +104,9 @@ def element_frequencies(region: Region) -> np.ndarray:
 def chamber_compliance(
     geometry: Geometry, facets: np.ndarray, x: np.ndarray, mass: np.ndarray, is_free: np.ndarray
 ) -> float:
-    """sum |dV/dx_a|^2 / m_a [m^4/kg] over free components: how fast a chamber's volume
-    accelerates under a pressure of 1 Pa on its facets.
+    """Return sum |dV/dx_a|^2 / m_a [m^4/kg] over the free components of a chamber.
+
+    It is the second time derivative of the chamber's volume per pressure on its facets.
     """
     gradient = volume_gradient(geometry, facets, x)
     inverse_mass = np.where(is_free, 1.0 / np.maximum(mass, 1e-30)[:, None], 0.0)
@@ -113,7 +114,7 @@ def chamber_compliance(
 
 
 class StableStepEstimator:
-    """Estimates the stable step of one model in any configuration."""
+    """Estimator of the stable step of one model in any configuration."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -131,11 +132,11 @@ class StableStepEstimator:
 
     @cached_property
     def at_rest(self) -> StableStep:
-        """The stable step with all nodes at their reference positions."""
+        """Stable step with all nodes at their reference positions."""
         return self.at(self.model.points)
 
     def at(self, x: np.ndarray) -> StableStep:
-        """The stable step with all nodes at x (n, d) [m]."""
+        """Return the stable step with all nodes at x (n, d) [m]."""
         elements = self.stiffness.elements(x)
         undamped = self.stiffness.at(elements, x)
         slowed = 1.0 if self.model.relaxation is None else 1.0 + LOCAL_DAMPING
@@ -177,16 +178,19 @@ class StableStepEstimator:
         return StableStep(float(limits[cause]), float(stable), cause, region, element, x)
 
     def _with_bodies(self, nodes: float, x: np.ndarray, dt: float) -> float:
-        """Largest omega^2 [1/s^2] of nodes, which alone have this one, and rigid bodies together,
-        all nodes at x, at the step dt [s].
+        """Return a bound of omega^2 [1/s^2] of nodes and rigid bodies together.
+
+        nodes [1/s^2]: that of the nodes alone. x (n, d) [m]: positions of all nodes. dt [s]: step.
         """
         at_walls, pressing = self.stiffness.contact.of_bodies(x, dt)
         bodies = at_walls + pressing + sum(self.springs.values())
         return with_bodies(nodes, bodies, self.stiffness.hardest_press(x, dt), pressing)
 
     def _other_shares(self, mode: np.ndarray, x: np.ndarray) -> dict[str, float]:
-        """Shares of cables, layers, fibres and what pulled cables do across, in omega^2 [1/s^2] of
-        a unit mode (n d,), by name, all nodes at x.
+        """Return the parts of omega^2 [1/s^2] of a unit mode (n d,) from embedded parts, by name.
+
+        These are cables, layers, fibres and the transverse stiffness of pulled cables, with all
+        nodes at x (n, d) [m].
         """
         u = (self.stiffness.inverse_sqrt_mass * mode).reshape(x.shape)
         return {
@@ -200,7 +204,7 @@ class StableStepEstimator:
     def _stiffest(
         self, elements: list[ElementStiffness], matrix: ScaledStiffness, mode: np.ndarray
     ) -> tuple[Region, int]:
-        """The region and its element that hold the largest share of a mode's energy."""
+        """Return the element with most energy of a mode: its region and its number in it."""
         u = (self.stiffness.inverse_sqrt_mass * mode).reshape(self.model.points.shape)
         pressure = matrix.pressures(mode)
         most = (-np.inf, self.model.regions[0], 0)
@@ -215,7 +219,7 @@ class StableStepEstimator:
 
 
 def element_name(region: Region, element: int, x: np.ndarray) -> str:
-    """An element, where it is with all nodes at x (n, d) [m], and its smallest altitude."""
+    """Return the text of an element: number, place with all nodes at x (n, d) [m], altitude."""
     centre = x[region.nodes][region.cells[element]].mean(axis=0)
     place = ", ".join(f"{c * 1e3:.2f}" for c in centre)
     height = f"{altitude(x[region.nodes][region.cells[element]]) * 1e3:.3g} mm"
@@ -225,12 +229,13 @@ def element_name(region: Region, element: int, x: np.ndarray) -> str:
 
 
 def other_shares(matrix: ScaledStiffness, mode: np.ndarray) -> dict[str, float]:
-    """Shares of contact, chambers and pulled cables in omega^2 [1/s^2] of a unit mode (n d,), by
-    name.
+    """Return the parts of omega^2 [1/s^2] of a unit mode (n d,) from contact, chambers and cables.
+
+    The keys are names of these parts; cables are pulled cables.
     """
 
     def of(wholes: list[np.ndarray]) -> float:
-        """Of vectors (n d,) whose squares are added."""
+        """Return the sum of the squared products of the mode with vectors (n d,)."""
         return float(sum(np.einsum("i,i", whole, mode) ** 2 for whole in wholes))
 
     return {
@@ -243,20 +248,20 @@ def other_shares(matrix: ScaledStiffness, mode: np.ndarray) -> dict[str, float]:
 # The build, the checks and the start of a run ask for the same model one after another.
 @lru_cache(maxsize=1)
 def estimator(model: Model) -> StableStepEstimator:
-    """The estimator of a model, kept until that of another model is asked for."""
+    """Return the estimator of a model, which is cached until another model is passed."""
     return StableStepEstimator(model)
 
 
 def stable_step(model: Model, x: np.ndarray) -> StableStep:
-    """The stable step with all nodes at x (n, d) [m]."""
+    """Return the stable step with all nodes at x (n, d) [m]."""
     return estimator(model).at(x)
 
 
 def first_time_increment(model: Model) -> float:
-    """The step that a run begins with [s]: the user's, else a safe share of the stable one."""
+    """Return the first step [s] of a run: the user's, else a safe fraction of the stable one."""
     return time_increment(model, estimator(model).at_rest)
 
 
 def time_increment(model: Model, stable: StableStep) -> float:
-    """The step to take [s]: the user's, else a safe share of the stable one."""
+    """Return the step to take [s]: the user's, else a safe fraction of the stable one."""
     return model.time_increment or model.safety_factor * stable.value
