@@ -1,7 +1,7 @@
-"""From a scene to a model: the only place where names become objects and numbers.
+"""Builder that turns a scene into a model: it resolves names to objects and numbers.
 
-Needs no Taichi: `softsim check` answers at once. Whatever is wrong with a scene beyond its schema
-is said here, at the key that says it.
+It needs no Taichi, so `softsim check` answers at once. Errors of a scene beyond its schema are
+raised here, with the key at which they occur.
 """
 
 from softsim.builder.assembly import build_model

@@ -1,4 +1,4 @@
-"""The whole model of a scene, part by part."""
+"""Assembly of the whole model of a scene, part by part."""
 
 from dataclasses import replace
 
@@ -40,12 +40,12 @@ from softsim.stability.time_step import estimator
 
 RELAXING_VISCOSITY = 0.06
 LONGEST_RELAXATION = 10.0
-"""Seconds that a static run may take after its loads' time where the scene says nothing."""
+"""Default time [s] that a static run may take after the time of its loads."""
 ALONG_ITS_AXIS = "in an axisymmetric model, gravity acts along the axis only"
 
 
 def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Model:
-    """The frozen model of a scene; beginning: of a step that follows others.
+    """Return the frozen model of a scene; beginning: start of a step that follows others.
 
     Raises
     ------
@@ -172,9 +172,10 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
 
 
 def gravity(names: Names) -> np.ndarray:
-    """Acceleration of gravity (d,) [m/s^2]: the vector that the scene gives; or down in y, along
-    -x as +x is inclined upwards, and towards +z as +y is rolled away from the vertical plane
-    through x.
+    """Return the acceleration of gravity (d,) [m/s^2].
+
+    It is the vector that the scene gives, or points down in y, along -x as +x is inclined upwards,
+    and towards +z as +y is rolled away from the vertical plane through x.
     """
     environment = names.scene.environment
     if isinstance(environment.gravity, tuple):
@@ -189,7 +190,7 @@ def gravity(names: Names) -> np.ndarray:
 
 
 def gravity_in_space(environment: Environment) -> np.ndarray:
-    """The same (3,), of a section too, which has its part across it left out."""
+    """Return gravity (3,) [m/s^2] in space, with its component out of a section's plane."""
     if isinstance(environment.gravity, tuple):
         return np.pad(environment.gravity, (0, 3 - len(environment.gravity)))
     slope, roll = environment.inclination, environment.roll
@@ -199,7 +200,7 @@ def gravity_in_space(environment: Environment) -> np.ndarray:
 
 
 def gravity_vector(names: Names, components: tuple[float, ...]) -> np.ndarray:
-    """Gravity (d,) [m/s^2] that the scene gives by its components."""
+    """Return the gravity (d,) [m/s^2] that the scene gives by its components."""
     environment, keys = names.scene.environment, ("environment", "gravity")
     for key, angle in (("inclination", environment.inclination), ("roll", environment.roll)):
         if angle != 0.0:
@@ -215,7 +216,7 @@ def gravity_vector(names: Names, components: tuple[float, ...]) -> np.ndarray:
 
 
 def gravity_share(names: Names) -> Profile | None:
-    """Share of gravity over time; None where all of it is there from the start."""
+    """Return the factor of gravity over time; None if all of it acts from the start."""
     keys = ("environment", "gravity_profile")
     given, time = names.scene.environment.gravity_profile, names.scene.time
     if given is not None and time.procedure == "dynamic" and time.settle is not None:
@@ -229,15 +230,17 @@ def gravity_share(names: Names) -> Profile | None:
 
 
 def bulk_viscosity(names: Names) -> float:
-    """Linear coefficient b1. Under a static procedure no less than RELAXING_VISCOSITY: without it
-    the fastest modes outlive local damping and hold the slow ones back.
+    """Return the linear bulk viscosity coefficient b1.
+
+    Under a static procedure it is at least RELAXING_VISCOSITY: without it the fastest modes outlive
+    local damping and slow down the convergence of the slow ones.
     """
     given = names.scene.solver.bulk_viscosity
     return given if names.scene.time.procedure == "dynamic" else max(given, RELAXING_VISCOSITY)
 
 
 def relaxation(names: Names) -> Relaxation | None:
-    """Settings of a static procedure; None for a dynamic one."""
+    """Return the settings of a static procedure; None for a dynamic one."""
     scene = names.scene
     if scene.time.procedure == "dynamic":
         refuse_steady_probe(names)
@@ -247,7 +250,7 @@ def relaxation(names: Names) -> Relaxation | None:
 
 
 def settling(names: Names) -> Relaxation | None:
-    """Settings of the time before t = 0; None where a body starts as it is meshed."""
+    """Return the settings of the time before t = 0; None if bodies start as they are meshed."""
     scene = names.scene
     if scene.time.procedure == "static" or scene.time.settle is None:
         return None
@@ -256,8 +259,9 @@ def settling(names: Names) -> Relaxation | None:
 
 
 def refuse_instant_relaxation(names: Names, model: Model) -> None:
-    """A branch that relaxes within a hundredth of an increment carries no load: the viscosity that
-    it stands for would be lost.
+    """Raise SceneError if a Maxwell branch relaxes within a hundredth of an increment.
+
+    Such a branch carries no load: the viscosity that it represents would be lost.
     """
     if not any(region.material.branches for region in model.regions):
         return
@@ -275,7 +279,7 @@ def refuse_instant_relaxation(names: Names, model: Model) -> None:
 
 
 def refuse_unstable_step(names: Names, model: Model) -> None:
-    """A step given by the user must be stable at the start."""
+    """Raise SceneError if a step given by the user is unstable at the start."""
     if model.time_increment is None:
         return
     stable = estimator(model).at_rest

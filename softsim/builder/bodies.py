@@ -55,7 +55,7 @@ FORMULATIONS = {
 
 
 def meshed_bodies(loaded: LoadedScene) -> dict[str, MeshedBody]:
-    """Meshes of all bodies, in the scene's order, one after the other in the model's numbering."""
+    """Return the meshes of all bodies, in the scene's order, numbered one after the other."""
     placed = {}
     for name, data in loaded.scene.bodies.items():
         refuse_other_formulation(loaded, name)
@@ -77,7 +77,7 @@ def meshed_bodies(loaded: LoadedScene) -> dict[str, MeshedBody]:
 
 
 def refuse_other_formulation(loaded: LoadedScene, name: str) -> None:
-    """All bodies of a scene share one space."""
+    """Raise SceneError if the body has another formulation than the first body of the scene."""
     first_name, first = next(iter(loaded.scene.bodies.items()))
     if loaded.scene.bodies[name].formulation != first.formulation:
         raise loaded.error(
@@ -89,7 +89,7 @@ def refuse_other_formulation(loaded: LoadedScene, name: str) -> None:
 
 
 def kinematics(loaded: LoadedScene, name: str, data: scene_bodies.Body, mesh: Mesh) -> Geometry:
-    """The geometry of a body's elements."""
+    """Return the geometry of a body's elements."""
     made: dict[str, Callable[[], Geometry]] = {
         "plane_strain": lambda: PlaneStrain(data.thickness or 0.0),
         "axisymmetric": Axisymmetric,
@@ -102,7 +102,11 @@ def kinematics(loaded: LoadedScene, name: str, data: scene_bodies.Body, mesh: Me
 def ring_section(
     loaded: LoadedScene, name: str, data: scene_bodies.Body, mesh: Mesh
 ) -> RingSection:
-    """Which of a mesh's cells go around, and which nodes lie opposite each other."""
+    """Return the geometry of a ring section.
+
+    It holds which cells are rings, and the node opposite each node. Raises SceneError if the mesh
+    is rotated, not symmetric about its axis, or lacks the set of rings.
+    """
     keys = ("bodies", name)
     assert data.thickness is not None and data.sector is not None and data.rings is not None
     if data.rotation != 0.0:
@@ -136,7 +140,7 @@ def ring_section(
 def refuse_half_rings(
     loaded: LoadedScene, name: str, mesh: Mesh, opposite: np.ndarray, is_ring: np.ndarray
 ) -> None:
-    """Every ring cell lies on one side of the axis, and ring cells opposite it on the other."""
+    """Raise SceneError unless each ring cell is off the axis and has a ring cell opposite to it."""
     keys = ("bodies", name, "rings")
     cells = mesh.cells[is_ring]
     diameters = (mesh.points - mesh.points[opposite])[cells, 1]
@@ -250,7 +254,7 @@ def read_or_generated(loaded: LoadedScene, name: str, data: scene_bodies.Body) -
 
 
 def built_bodies(names: Names) -> tuple[Body, ...]:
-    """All bodies with their materials."""
+    """Return all bodies with their materials."""
     return tuple(
         Body(
             name=name,

@@ -21,9 +21,10 @@ LEAST_SEGMENTS = 4
 
 
 def placed_cables(loaded: LoadedScene, bodies: Mapping[str, MeshedBody]) -> dict[str, PlacedCable]:
-    """Cables of a scene, in its order, one after the other in the model's numbering behind bodies.
+    """Return the cables of a scene, in its order.
 
-    Raises SceneError for a cable without a length, or too short for its segments.
+    Their nodes are numbered one cable after the other, behind those of the bodies. Raises
+    SceneError for a cable without a length, or too short for its segments.
     """
     geometry = next(iter(bodies.values())).geometry
     first_node = sum(len(body.mesh.points) for body in bodies.values())
@@ -49,7 +50,7 @@ def placed_cables(loaded: LoadedScene, bodies: Mapping[str, MeshedBody]) -> dict
 
 
 def along(loaded: LoadedScene, name: str, data: cables.Cable, corners: np.ndarray) -> np.ndarray:
-    """Nodes (k, d) [m] evenly along the line through `corners` (c, d) [m]."""
+    """Return nodes (k, d) [m], evenly spaced along the line through `corners` (c, d) [m]."""
     steps = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     for k in np.flatnonzero(steps == 0.0):
         raise loaded.error(
@@ -72,14 +73,14 @@ def along(loaded: LoadedScene, name: str, data: cables.Cable, corners: np.ndarra
 
 
 def cable_points(names: Names) -> np.ndarray:
-    """Nodes (n, d) [m] of all cables."""
+    """Return the nodes (n, d) [m] of all cables."""
     return np.concatenate(
         [np.zeros((0, names.dimension)), *(placed.points for placed in names.cables.values())]
     )
 
 
 def cable_mass(names: Names, name: str) -> np.ndarray:
-    """Mass (k,) [kg] of the nodes of a cable: of half the segments beside each."""
+    """Return the mass (k,) [kg] of the nodes of a cable: half of the segments beside each."""
     lengths = names.cables[name].lengths
     halves = 0.5 * names.scene.cables[name].mass_per_length * lengths
     return np.append(halves, 0.0) + np.append(0.0, halves)
@@ -88,9 +89,9 @@ def cable_mass(names: Names, name: str) -> np.ndarray:
 def built_cables(
     names: Names, is_free: np.ndarray, stiffness: Stiffness, walls: Sequence[Wall]
 ) -> tuple[CableData, ...]:
-    """All cables, of a model with these walls; is_free (n, d): of all nodes.
+    """Return all cables of a model with these walls; is_free (n, d): of all nodes.
 
-    Raises SceneError where one starts inside a wall.
+    Raises SceneError if a cable starts inside a wall.
     """
     result = []
     for name, placed in names.cables.items():
@@ -117,8 +118,10 @@ def built_cables(
 
 
 def joint_lengths(lengths: np.ndarray, held: np.ndarray) -> np.ndarray:
-    """Length (k - 2,) [m] that each joint stands for: half of the segments beside it, of which a
-    held one, both of whose ends are, does not bend.
+    """Return the length (k - 2,) [m] that each joint represents: half of the segments beside it.
+
+    A segment whose two ends are held does not bend and does not count, unless both segments are
+    held.
     """
     bending = np.where(held, 0.0, lengths)
     either = np.where(held[:-1] & held[1:], lengths[:-1] + lengths[1:], bending[:-1] + bending[1:])
@@ -126,7 +129,7 @@ def joint_lengths(lengths: np.ndarray, held: np.ndarray) -> np.ndarray:
 
 
 def refuse_penetration(names: Names, name: str, walls: Sequence[Wall], places: np.ndarray) -> None:
-    """No node that may touch a wall, at places (k, d) [m], starts inside it."""
+    """Raise SceneError if a node that may touch a wall, at places (k, d) [m], starts inside it."""
     for wall in walls:
         radius = 0.5 * names.scene.cables[name].diameter
         for surface, gap in OffsetWall(wall, radius).gaps(places).items():
@@ -140,8 +143,9 @@ def refuse_penetration(names: Names, name: str, walls: Sequence[Wall], places: n
 
 
 def refuse_beyond_pipes(names: Names, name: str, walls: Sequence[Wall], places: np.ndarray) -> None:
-    """A cable with nodes at places (k, d) [m] lies in a pipe as a whole, or not at all: over the
-    rim of the pipe's start it would hang down.
+    """Raise SceneError if a cable with nodes at places (k, d) [m] lies only partly in a pipe.
+
+    It would hang down over the rim at the start of the pipe.
     """
     for wall in walls:
         if not isinstance(wall, PipeNetwork):
@@ -158,7 +162,7 @@ def refuse_beyond_pipes(names: Names, name: str, walls: Sequence[Wall], places: 
 
 
 def end_drags(names: Names) -> dict[str, EndDrag]:
-    """What goes on beyond the ends of cables."""
+    """Return the drags on the ends of cables, by name: friction of the part beyond the end."""
     result = {}
     for name, placed in names.cables.items():
         drag = names.scene.cables[name].end_drag

@@ -1,4 +1,4 @@
-"""Chambers: pressures on facets, and what drives them: a course, a liquid, a gas, an air line."""
+"""Chambers: pressures on facets and their sources: a time history, a liquid, a gas, an air line."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -44,7 +44,7 @@ Chamber = (
 
 
 def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> FollowerPressure:
-    """A pressure on facets."""
+    """Return the follower pressure on the facets of a chamber."""
     names, points, is_free = loaded.names, loaded.points, loaded.is_free
     facets = joined_facets(names, load.facets, keys)
     geometry = common_geometry(names, facets, keys)
@@ -81,10 +81,10 @@ def built_drive(
     compliance: float,
     keys: Keys,
 ) -> Drive:
-    """What drives a chamber of this volume [m^3] at rest; up to `nothing` it counts as none.
+    """Return the pressure source of a chamber of this volume [m^3] at rest.
 
-    A liquid adds LIQUID_SHARE to `stiffest`, the largest omega^2 [1/s^2] at rest, in a chamber of
-    this `compliance` [m^4/kg].
+    A volume up to `nothing` [m^3] counts as none. A liquid adds at most the fraction LIQUID_SHARE
+    to `stiffest`, the largest omega^2 [1/s^2] at rest, in a chamber of this `compliance` [m^4/kg].
     """
     if isinstance(load, scene_chambers.FollowerPressure):
         return followed(names, load.profile, lambda given: pressure_on_facets(load, given), keys)
@@ -130,8 +130,10 @@ def refuse_emptied(names: Names, drive: AddedVolume | AddedGas, held: str, keys:
 
 
 def commanded(load: Chamber, drive: Scheduled | AirLine, profile: Profile) -> Scheduled | AirLine:
-    """The drive of a chamber on another course: `profile` over time [s], of what its gauge shows
-    [Pa], what is pumped in [m^3], or let in [kg].
+    """Return the pressure source of a chamber with another time history.
+
+    profile: over time [s], the pressure of the gauge [Pa], the volume pumped in [m^3] or the mass
+    let in [kg].
     """
     if isinstance(load, scene_chambers.FollowerPressure):
         return GivenPressure(profile, pressure_on_facets(load, profile))
@@ -143,7 +145,7 @@ def commanded(load: Chamber, drive: Scheduled | AirLine, profile: Profile) -> Sc
 def followed(
     names: Names, profile: PressureProfile, on_facets: Callable[[Profile], Profile], keys: Keys
 ) -> GivenPressure | ControlledPressure:
-    """What a gauge shows, or the rules that it follows."""
+    """Return the pressure source of a profile at the gauge, or of a control by events."""
     if isinstance(profile, EventCyclesProfile):
         settings = EventCycles(**profile.model_dump(exclude={"kind"}))
         start = names.beginning.of(keys)
@@ -160,8 +162,10 @@ def room_beside(
     nothing: float,
     keys: Keys,
 ) -> float:
-    """Room of a gas [m^3] beside a chamber of `volume` [m^3], of which `dead` is not excluded; up
-    to `nothing` in all counts as none.
+    """Return the gas volume [m^3] beside a chamber of `volume` [m^3].
+
+    It is `dead` minus the excluded volume. Raises SceneError if the total volume is not larger than
+    `nothing` [m^3].
     """
     side = dead - load.excluded_volume
     if volume + side <= nothing:
@@ -178,8 +182,9 @@ def room_beside(
 def air_line(
     names: Names, load: scene_chambers.Pneumatic, volume: float, nothing: float, keys: Keys
 ) -> AirLine:
-    """Pump, valve and tube of a chamber of this volume [m^3] at rest; up to `nothing` it counts as
-    none.
+    """Return the pump, valve and tube of a chamber of this volume [m^3] at rest.
+
+    A volume of gas up to `nothing` [m^3] counts as none.
     """
     if names.scene.time.procedure == "static":
         raise names.loaded.error(
@@ -214,14 +219,14 @@ def air_line(
 
 
 def highest_of(course: GivenPressure | ControlledPressure) -> float:
-    """The highest pressure [Pa] that a gauge is ever to show."""
+    """Return the highest pressure [Pa] that a gauge should ever show."""
     if isinstance(course, ControlledPressure):
         return course.settings.highest
     return float(course.profile.values.max())
 
 
 def pressure_on_facets(load: scene_chambers.FollowerPressure, profile: Profile) -> Profile:
-    """What acts on the facets [Pa over s] while a gauge shows `profile`."""
+    """Return the pressure on the facets [Pa over s] while a gauge shows `profile`."""
     if load.acts_as_given:
         return profile
     on_skin = profile.translated(np.array(load.on_skin)) if load.on_skin else profile

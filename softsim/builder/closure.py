@@ -1,4 +1,4 @@
-"""Chambers: whether facets close one, and the lids that complete their surface to a volume."""
+"""Closed chambers: a check that facets close one, and lids that complete their surface."""
 
 from itertools import pairwise
 
@@ -13,7 +13,10 @@ from softsim.scene.tree import Keys
 
 
 def joined_facets(names: Names, references: tuple[str, ...], keys: Keys) -> np.ndarray:
-    """Facets (k, corners) of the named sets, none of them twice."""
+    """Return the facets (k, corners) of the named sets.
+
+    Raises SceneError if one of them is in more than one set.
+    """
     facets = np.concatenate(
         [names.facet_set(f, (*keys, "facets", k)) for k, f in enumerate(references)]
     )
@@ -32,7 +35,10 @@ def joined_facets(names: Names, references: tuple[str, ...], keys: Keys) -> np.n
 
 
 def refuse_single_parts(names: Names, facets: np.ndarray, body: MeshedBody, keys: Keys) -> None:
-    """In a ring section pressure and traction act on rings: only they enclose anything."""
+    """Raise SceneError if facets of a ring section have nodes that belong to no ring.
+
+    In a ring section pressure and traction act on rings: only they enclose a volume.
+    """
     if not isinstance(body.geometry, RingSection):
         return
     round_nodes = body.first_node + body.mesh.cells[body.geometry.is_ring]
@@ -55,11 +61,13 @@ def refuse_open_chamber(
     remedy: str,
     keys: Keys,
 ) -> None:
-    """The surface must be closed: by itself, by a rim that does not move (all components of `held`
-    (n, d)), by planes of symmetry through the origin that its rim slides on; that of a half section
-    by the axis, or by any plane across it that its rim slides on; that of a ring section likewise.
+    """Raise SceneError unless the surface of the facets is closed.
 
-    remedy: how a rim is held, for people.
+    It is closed by itself, by a rim that does not move (all components of `held` (n, d)), or by
+    planes of symmetry through the origin that its rim slides on. In a half section the axis closes
+    it too, or a plane normal to the axis that its rim slides on; likewise in a ring section.
+
+    remedy: how to hold a rim, for the error message.
     """
     rim = np.unique(open_rim(facets))
     closed = held[rim].all(axis=1)
@@ -88,23 +96,26 @@ def refuse_open_chamber(
 
 
 def reaches_axis(names: Names) -> bool:
-    """Whether a facet encloses what is between it and an axis."""
+    """Return True if a facet encloses the space between itself and an axis."""
     return isinstance(names.geometry, Axisymmetric | RingSection)
 
 
 def on_mirror(points: np.ndarray, held: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Which nodes (k,) slide on a plane of symmetry x_i = 0: that component is held, others not."""
+    """Return True (k,) for nodes that slide on a plane of symmetry x_i = 0.
+
+    Their component i is held, but not all components are.
+    """
     at_zero = np.abs(points[nodes]) < 1e-9 * np.ptp(points, axis=0).max()
     return (held[nodes] & at_zero).any(axis=1) & ~held[nodes].all(axis=1)
 
 
 def lids(names: Names, facets: np.ndarray, points: np.ndarray, held: np.ndarray) -> np.ndarray:
-    """Facets (k, corners) over the held rims of a surface, so that it encloses a volume.
+    """Return facets (k, corners) over the held rims of a surface, so that it encloses a volume.
 
-    None where they would add nothing to the volume as seen from the origin: in half and ring
-    sections they run straight to the axis, and planes of symmetry go through the origin. The open
-    chains of a section are joined, the end of each to the start that is nearest on the whole: two
-    strips of a robot enclose what is between them.
+    There are none where they would add nothing to the volume as seen from the origin: in half and
+    ring sections they run straight to the axis, and planes of symmetry go through the origin. The
+    open chains of a section are joined, the end of each to a start, so that the sum of distances is
+    smallest: two strips of a robot enclose the space between them.
     """
     rim = open_rim(facets)
     nodes = np.unique(rim)
@@ -132,14 +143,14 @@ def lids(names: Names, facets: np.ndarray, points: np.ndarray, held: np.ndarray)
 
 
 def smallest_volume(geometry: Geometry, facets: np.ndarray, points: np.ndarray) -> float:
-    """What counts as no volume [m^3]: 1e-9 of the facets' area times the extent of their nodes."""
+    """Return the volume [m^3] that counts as none: 1e-9 of the facets' area times their extent."""
     size = np.ptp(points[np.unique(facets)], axis=0).max()
     area = np.linalg.norm(geometry.volume_gradient(points, facets), axis=2).sum()
     return float(1e-9 * area * size)
 
 
 def chain(following: dict[int, int], start: int) -> list[int]:
-    """Nodes from `start` along `following`, to its end or back to the start."""
+    """Return the nodes from `start` along `following`, to its end or back to the start."""
     nodes = [start]
     while nodes[-1] in following:
         nodes.append(following[nodes[-1]])

@@ -1,4 +1,4 @@
-"""Conditions on node sets: what is held, what is prescribed, masses and velocities at the start."""
+"""Conditions on node sets: held and prescribed components, masses and initial velocities."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from softsim.scene.tree import Keys
 
 
 def lumped_mass(names: Names, bodies: tuple[Body, ...], node_count: int) -> np.ndarray:
-    """Mass of each node (n,) [kg]: its share of its elements or its cable, and point masses."""
+    """Return the mass (n,) [kg] of each node: from its elements or its cable, and point masses."""
     mass = np.zeros(node_count)
     for b in bodies:
         for r in b.regions:
@@ -40,9 +40,9 @@ def lumped_mass(names: Names, bodies: tuple[Body, ...], node_count: int) -> np.n
 def mass_scaling(
     names: Names, bodies: tuple[Body, ...], points: np.ndarray, is_free: np.ndarray
 ) -> MassScaling | None:
-    """Groups of nodes that are free in every direction, or None where the scene wants none.
+    """Return groups of nodes that are free in every direction, or None if the scene wants none.
 
-    Raises SceneError where no two nodes are near enough.
+    Raises SceneError if no two nodes are near enough.
     """
     wanted = names.scene.solver.mass_scaling
     if wanted is None:
@@ -62,7 +62,10 @@ def mass_scaling(
 
 
 def held_components(names: Names, bodies: tuple[Body, ...], points: np.ndarray) -> np.ndarray:
-    """Which components (n, d) are fixed, by body or condition, or by the axis of a half section."""
+    """Return True (n, d) for fixed components.
+
+    They are fixed by body, by condition, or by the axis of a half section.
+    """
     held = np.zeros(points.shape, dtype=bool)
     for b in bodies:
         for k, set_name in enumerate(names.scene.bodies[b.name].fixed):
@@ -93,7 +96,10 @@ def held_components(names: Names, bodies: tuple[Body, ...], points: np.ndarray) 
 
 
 def prescribed(names: Names, held: np.ndarray) -> dict[str, PrescribedMotion]:
-    """Prescribed motions; a component follows one of them only and is not held otherwise."""
+    """Return the prescribed motions by name.
+
+    Raises SceneError if a component has two of them or is held otherwise.
+    """
     taken = held.copy()
     result = {}
     for name, condition in names.scene.conditions.items():
@@ -118,7 +124,10 @@ def prescribed(names: Names, held: np.ndarray) -> dict[str, PrescribedMotion]:
 def initial_velocity(
     names: Names, bodies: tuple[Body, ...], points: np.ndarray, mass: np.ndarray
 ) -> np.ndarray:
-    """Velocity of each node at the start (n, d) [m/s]; points (n, d) [m], mass (n,) [kg]."""
+    """Return the initial velocity of each node (n, d) [m/s].
+
+    points (n, d) [m], mass (n,) [kg].
+    """
     velocity = np.zeros_like(points)
     for b in bodies:
         given = names.scene.bodies[b.name].initial_velocity
@@ -139,7 +148,7 @@ def spin(
     mass: np.ndarray,
     keys: Keys,
 ) -> np.ndarray:
-    """omega x (x - c) (k, d) [m/s] of nodes at `points` (k, d) [m] with `mass` (k,) [kg]."""
+    """Return omega x (x - c) (k, d) [m/s] of nodes at `points` (k, d) [m] with `mass` (k,) [kg]."""
     given = condition.angular_velocity
     if given is None:
         return np.zeros_like(points)
@@ -154,7 +163,7 @@ def spin(
 
 
 def angular_velocity(names: Names, given: float | tuple[float, ...], keys: Keys) -> np.ndarray:
-    """An angular velocity (3,) [rad/s], of which a section has the part about z alone."""
+    """Return an angular velocity (3,) [rad/s]; a section has its component about z alone."""
     if isinstance(names.geometry, Axisymmetric):
         raise names.loaded.error(
             keys,
@@ -174,7 +183,7 @@ def angular_velocity(names: Names, given: float | tuple[float, ...], keys: Keys)
 
 
 def probes(names: Names, points: np.ndarray, is_free: np.ndarray, ties: Ties) -> tuple[Probe, ...]:
-    """What the history records beside its own columns."""
+    """Return the probes that the history records in addition to its own columns."""
     result = []
     for name, probe in names.scene.output.probes.items():
         keys = ("output", "probes", name)
@@ -198,7 +207,10 @@ def probes(names: Names, points: np.ndarray, is_free: np.ndarray, ties: Ties) ->
 def refuse_reaction_of_tied(
     names: Names, kind: str, members: np.ndarray, points: np.ndarray, ties: Ties, keys: Keys
 ) -> None:
-    """The force on a tied node is handed to its facet, whose nodes tell it."""
+    """Raise SceneError if a reaction probe contains tied nodes.
+
+    The force on a tied node acts on the nodes of its facet.
+    """
     tied = np.intersect1d(members, ties.nodes)
     if kind == "reaction" and len(tied):
         raise names.loaded.error(
@@ -210,7 +222,7 @@ def refuse_reaction_of_tied(
 
 
 def refuse_radius_without_axis(names: Names, kind: str, keys: Keys) -> None:
-    """A plane section has no axis to measure a radius from."""
+    """Raise SceneError if a radius is measured in a plane section, which has no axis."""
     if kind == "radius" and isinstance(names.geometry, PlaneStrain | RingSection):
         raise names.loaded.error(
             (*keys, "kind"),

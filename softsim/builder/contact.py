@@ -18,14 +18,14 @@ ALLOWED_PENETRATION = 1e-9
 
 @dataclass(frozen=True)
 class Stiffness:
-    """Per node (n,): penalty stiffness [N/m] and the mass that a contact has to move [kg]."""
+    """Penalty stiffness (n,) [N/m] and mass (n,) [kg] that a contact has to move, per node."""
 
     settings: surroundings.Contact
     penalty: np.ndarray
     effective_mass: np.ndarray
 
     def contact(self, nodes: np.ndarray, friction_coefficient: float) -> ContactData:
-        """Contact data of `nodes`; the dashpot is the share `damping_ratio` of critical damping."""
+        """Return the contact data of `nodes` with `damping_ratio` times the critical damping."""
         k_n, m = self.penalty[nodes], self.effective_mass[nodes]
         moving = np.where(np.isfinite(m), m, 0.0)  # a fixed node needs no dashpot
         damping = 2.0 * self.settings.damping_ratio * np.sqrt(k_n * moving)
@@ -41,11 +41,12 @@ class Stiffness:
 
 
 def penalty_stiffness(names: Names, bodies: Sequence[Body], node_count: int) -> np.ndarray:
-    """k_n of every node (n,) [N/m]: the user's, or the bulk modulus times the node's depth.
+    """Return k_n (n,) [N/m] of every node: the user's, or the bulk modulus times the node's depth.
 
-    The depth is the thickness of a section, the circumference of a ring, the size of a node's
-    surroundings in space: the stiffness of one element across its own size, so a contact is as
-    stiff as the solid behind it, whatever the mesh. That of a cable is a segment's along itself.
+    The depth is the thickness of a section, the circumference of a ring, or the size of a node's
+    surroundings in space. The value is the stiffness of one element across its own size, so a
+    contact is as stiff as the solid behind it, for any mesh. That of a cable is the stiffness of a
+    segment along itself.
     """
     given = names.scene.contact.penalty_stiffness
     if isinstance(given, float):
@@ -61,7 +62,7 @@ def penalty_stiffness(names: Names, bodies: Sequence[Body], node_count: int) -> 
 
 
 def nodal_depth(body: Body) -> np.ndarray:
-    """Depth of the body at each node (n,) [m], see `penalty_stiffness`."""
+    """Return the depth of the body at each node (n,) [m], see `penalty_stiffness`."""
     volume = np.sum([r.nodal_volumes for r in body.regions], axis=0)
     if body.points.shape[1] == 3:
         return (volume / body.cells.shape[1]) ** (1.0 / 3.0)
@@ -70,7 +71,7 @@ def nodal_depth(body: Body) -> np.ndarray:
 
 
 def nodal_bulk_modulus(body: Body) -> np.ndarray:
-    """Bulk modulus (n,) [Pa] around each node."""
+    """Return the bulk modulus (n,) [Pa] around each node."""
     count = len(body.points)
     return body.nodal_mean(np.full(count, r.material.bulk_modulus) for r in body.regions)
 
@@ -81,7 +82,7 @@ def contact_mass(
     is_free: np.ndarray,
     rigid_bodies: Sequence[RigidBodyData],
 ) -> np.ndarray:
-    """The mass that a contact at each node has to move (n,) [kg].
+    """Return the mass (n,) [kg] that a contact at each node has to move.
 
     A free node: its own. A node of a rigid body: 1/m = 1/M + r^2/I, its worst direction. A fixed
     node: infinite.

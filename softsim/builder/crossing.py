@@ -1,4 +1,4 @@
-"""The crossing of its ground that a scene asks about."""
+"""Crossing of the ground by a body, with its goal."""
 
 import math
 
@@ -10,7 +10,7 @@ from softsim.scene.terrain import Terrain
 
 
 def crossing(names: Names, bodies: tuple[Body, ...]) -> Crossing | None:
-    """What the scene asks; None where it asks nothing."""
+    """Return the crossing that the scene defines; None without one."""
     asked = names.scene.crossing
     if asked is None:
         return None

@@ -1,4 +1,4 @@
-"""Places that bodies hold: the elements around them, and how far outside they may lie."""
+"""Places in bodies: the elements around them, and how far outside they may lie."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ USUAL_TOLERANCE = 0.05
 
 
 def refuse_all_around(names: Names, what: str, keys: Keys) -> None:
-    """In a model of what goes all around an axis `what` would be a sheet: SceneError."""
+    """Raise SceneError in an axisymmetric or ring model, where `what` would be a closed sheet."""
     if isinstance(names.geometry, Axisymmetric | RingSection):
         raise names.loaded.error(
             keys,
@@ -27,7 +27,7 @@ def refuse_all_around(names: Names, what: str, keys: Keys) -> None:
 
 
 def usual_tolerance(body: MeshedBody) -> float:
-    """How far outside of a body a place may lie [m] where the scene says nothing."""
+    """Return the default tolerance [m]: how far outside of a body a place may lie."""
     facets, points = body.mesh.facet_sets[SURFACE], body.mesh.points
     sides = side_lengths(points, facets)
     return USUAL_TOLERANCE * float(sides[sides > 0.0].mean())
@@ -36,11 +36,11 @@ def usual_tolerance(body: MeshedBody) -> float:
 def in_bodies(
     names: Names, places: np.ndarray, tolerance: float | None, keys: Keys
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes (k, c) of the model that each place (k, d) [m] follows, and with which weights (k, c):
-    of the body in which it lies, or to which it is closest.
+    """Return the nodes (k, c) that each place (k, d) [m] follows, and their weights (k, c).
 
-    tolerance: how far it may lie outside [m], None: the usual one. Raises SceneError at `keys` with
-    the number of the place that is farther.
+    They belong to the body in which the place lies, or to which it is closest. tolerance: how far
+    it may lie outside [m], None: the usual one. Raises SceneError at `keys` with the number of a
+    place that is farther away.
     """
     found = []
     for body in names.bodies.values():

@@ -1,4 +1,4 @@
-"""When a run ends: at its time, with a pressure cycle before, a static one with a steady probe."""
+"""End of a run: at its time, after a pressure cycle, or when a probe of a static run is steady."""
 
 from softsim.builder.names import Names, close_names
 from softsim.errors import SceneError
@@ -8,8 +8,10 @@ from softsim.scene.outputs import probe_columns
 
 
 def end_time(names: Names, chamber: FollowerPressure | None) -> float:
-    """Latest end of the run [s]: its time, or the end of the last pressure cycle that it waits for,
-    where a profile tells when that is.
+    """Return the latest end of the run [s].
+
+    It is the time of the scene, or the end of the last pressure cycle that the run waits for, if
+    the profile defines it.
     """
     time = names.scene.time
     latest = names.beginning.time + time.end
@@ -22,7 +24,10 @@ def end_time(names: Names, chamber: FollowerPressure | None) -> float:
 
 
 def refuse_missing_cycles(names: Names, chamber: FollowerPressure, asked: int) -> None:
-    """More cycles than the robot's chamber ever makes; the history counts those of no other."""
+    """Raise SceneError if the run waits for more cycles than the chamber of the robot has.
+
+    The history counts the cycles of no other chamber.
+    """
     most, name = chamber.drive.cycle_count, chamber.name
     if asked <= most:
         return
@@ -36,7 +41,7 @@ def refuse_missing_cycles(names: Names, chamber: FollowerPressure, asked: int) -
 
 
 def steady_probe(names: Names) -> SteadyProbe | None:
-    """The probe at whose rest a static run may end, if it names one."""
+    """Return the probe that ends a static run once it is steady, or None."""
     time, probes = names.scene.time, names.scene.output.probes
     if time.until is None:
         return None
@@ -53,7 +58,7 @@ def steady_probe(names: Names) -> SteadyProbe | None:
 
 
 def refuse_steady_probe(names: Names) -> None:
-    """What a dynamic run is asked to wait for."""
+    """Raise SceneError if a dynamic run should end when a probe is steady."""
     if names.scene.time.until is not None:
         raise names.loaded.error(
             ("time", "until"),

@@ -1,4 +1,4 @@
-"""Fibres in bodies: the places along them, the elements that hold these, and their mass."""
+"""Fibres in bodies: the places along them, the elements around these, and their mass."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -19,21 +19,21 @@ LEAST_SIDES = 8
 
 
 def built_fibres(names: Names) -> tuple[Fibre, ...]:
-    """All fibres of a scene, in its order.
+    """Return all fibres of a scene, in its order.
 
     Raises SceneError in an axisymmetric model or a ring section, for a fibre without a length, and
-    where one leaves its body.
+    for one that leaves its body.
     """
     return tuple(fibre(names, name) for name in names.scene.fibres)
 
 
 def fibre_masses(all_fibres: Sequence[Fibre], node_count: int) -> np.ndarray:
-    """Mass (n,) [kg] of the fibres at each node."""
+    """Return the mass (n,) [kg] of the fibres at each node."""
     return sum((f.nodal_mass(node_count) for f in all_fibres), np.zeros(node_count))
 
 
 def fibre(names: Names, name: str) -> Fibre:
-    """A fibre of a scene."""
+    """Return a fibre of a scene."""
     data, keys = names.scene.fibres[name], ("fibres", name)
     refuse_all_around(names, "a fibre", keys)
     if data.body not in names.bodies:
@@ -64,7 +64,7 @@ def fibre(names: Names, name: str) -> Fibre:
 
 
 def along_corners(names: Names, name: str) -> np.ndarray:
-    """Places (k, d) [m] along the line through a fibre's points: these, and evenly between them."""
+    """Return places (k, d) [m] along a fibre: its points, and places evenly between them."""
     data = names.scene.fibres[name]
     assert data.points is not None
     corners = [
@@ -86,9 +86,9 @@ def along_corners(names: Names, name: str) -> np.ndarray:
 
 
 def along_helix(names: Names, helix: fibres.Helix, spacing: float, keys: Keys) -> np.ndarray:
-    """Places (k, 3) [m] along a helix, evenly.
+    """Return places (k, 3) [m], evenly spaced along a helix.
 
-    Raises SceneError in a section, and where the spacing makes too coarse a polygon of it.
+    Raises SceneError in a section, and if the spacing makes too coarse a polygon of it.
     """
     if names.dimension == 2:
         raise names.loaded.error(
@@ -118,8 +118,9 @@ def along_helix(names: Names, helix: fibres.Helix, spacing: float, keys: Keys) -
 def refuse_outside(
     names: Names, name: str, body: MeshedBody, places: np.ndarray, moved: np.ndarray
 ) -> None:
-    """No place (k, d) [m] of a fibre lies outside its body, from which it is moved (k,) [m], by
-    more than the tolerance.
+    """Raise SceneError if a place (k, d) [m] of a fibre is too far outside its body.
+
+    moved (k,) [m]: its distance from the body, which must not exceed the tolerance.
     """
     data = names.scene.fibres[name]
     tolerance = usual_tolerance(body) if data.tolerance is None else data.tolerance

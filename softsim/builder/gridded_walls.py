@@ -1,4 +1,4 @@
-"""Walls that go through a grid of distances: STL surfaces in space."""
+"""Walls represented by a grid of distances: STL surfaces in space."""
 
 from softsim.builder.names import Names
 from softsim.contact import triangle_surface
@@ -9,13 +9,13 @@ from softsim.scene.gridded_walls import SurfaceWall
 
 
 def surface_walls(names: Names) -> list[DistanceGrid]:
-    """The surfaces of a scene."""
+    """Return the surface walls of a scene."""
     walls = names.scene.environment.walls.items()
     return [surface_wall(names, n, w) for n, w in walls if isinstance(w, SurfaceWall)]
 
 
 def surface_wall(names: Names, name: str, wall: SurfaceWall) -> DistanceGrid:
-    """A closed surface in space, its normals turned into the free side."""
+    """Return a closed surface in space, with normals that point to the free side."""
     keys = ("environment", "walls", name)
     if names.dimension != 3:
         raise names.loaded.error(
@@ -37,8 +37,9 @@ def surface_wall(names: Names, name: str, wall: SurfaceWall) -> DistanceGrid:
 
 
 def grid_spacing(names: Names, wall: SurfaceWall) -> float:
-    """The user's, or the median edge of the surfaces of all bodies [m]: their nodes, as far apart,
-    feel nothing finer.
+    """Return the grid spacing [m]: the user's, or the median edge of the surfaces of all bodies.
+
+    Nodes at that distance do not resolve anything finer.
     """
     if isinstance(wall.spacing, float):
         return wall.spacing

@@ -1,4 +1,4 @@
-"""Thin layers on facets of bodies: what they are made of, and their mass."""
+"""Thin layers on facets of bodies: their material data and their mass."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from softsim.scene.tree import Keys
 
 
 def built_layers(names: Names, points: np.ndarray) -> tuple[Layer, ...]:
-    """All layers of a scene, in its order, with the nodes at points (n, d) [m].
+    """Return all layers of a scene, in its order, with the nodes at points (n, d) [m].
 
     Layers on the same facets add up. Raises SceneError in a ring section, and on the axis.
     """
@@ -21,7 +21,7 @@ def built_layers(names: Names, points: np.ndarray) -> tuple[Layer, ...]:
 
 
 def layer(names: Names, name: str, points: np.ndarray) -> Layer:
-    """A layer of a scene."""
+    """Return a layer of a scene."""
     data, keys = names.scene.layers[name], ("layers", name)
     if isinstance(names.geometry, RingSection):
         raise names.loaded.error(
@@ -56,9 +56,7 @@ def layer(names: Names, name: str, points: np.ndarray) -> Layer:
 
 
 def layer_facets(names: Names, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Facets (m, corners) of a layer, and the area (m, corners) [m^2] at rest that each of their
-    corners stands for.
-    """
+    """Return the facets (m, corners) of a layer, and their corners' areas (m, corners) [m^2]."""
     data = names.scene.layers[name]
     facets = names.facet_set(data.facets, ("layers", name, "facets"))
     areas = np.zeros(facets.shape)
@@ -69,7 +67,7 @@ def layer_facets(names: Names, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def layer_masses(names: Names, node_count: int) -> np.ndarray:
-    """Mass (n,) [kg] of the layers at each node."""
+    """Return the mass (n,) [kg] of the layers at each node."""
     mass = np.zeros(node_count)
     for name, data in names.scene.layers.items():
         facets, areas = layer_facets(names, name)
@@ -78,14 +76,16 @@ def layer_masses(names: Names, node_count: int) -> np.ndarray:
 
 
 def on_edges(ends: np.ndarray) -> np.ndarray:
-    """Gradients (m, 2, 1) [1/m] along edges between these ends (m, 2, d) [m]."""
+    """Return gradients (m, 2, 1) [1/m] along edges between these ends (m, 2, d) [m]."""
     inverse = 1.0 / np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     return np.stack([-inverse, inverse], axis=1)[:, :, None]
 
 
 def on_triangles(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gradients (m, 3, 2) [1/m] in the plane of triangles with these corners (m, 3, 3) [m], along
-    their first side and across it, and their areas (m,) [m^2]; of a flat one zero.
+    """Return gradients (m, 3, 2) [1/m] in the plane of triangles, and their areas (m,) [m^2].
+
+    The corners are (m, 3, 3) [m]; the directions are the first side and across it. The gradients of
+    a flat triangle are zero.
     """
     e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     length = np.linalg.norm(e, axis=1)
@@ -104,7 +104,7 @@ def refuse_axis(
     names: Names, reference: str, points: np.ndarray, facets: np.ndarray, radius: np.ndarray,
     keys: Keys,
 ) -> None:  # fmt: skip
-    """No facet lies on the axis: it would have no way around."""
+    """Raise SceneError if a facet lies on the axis, where it would have no circumference."""
     on_axis = np.flatnonzero(radius < 1e-12)
     if len(on_axis):
         raise names.loaded.error(

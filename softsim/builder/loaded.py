@@ -1,4 +1,4 @@
-"""What loads act on."""
+"""Data of the model that the builders of loads need."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,8 +12,10 @@ from softsim.stability.time_step import element_frequencies
 
 @dataclass(frozen=True)
 class Loaded:
-    """What loads act on: bodies, points (n, d) [m], mass (n,) [kg] and is_free (n, d) of all nodes,
-    tied: of each rigid body; total_mass [kg] of all that is there.
+    """Bodies and nodes on which loads act.
+
+    points (n, d) [m], mass (n,) [kg] and is_free (n, d): of all nodes. tied: nodes tied to each
+    rigid body. total_mass [kg]: of everything in the model.
     """
 
     names: Names

@@ -37,7 +37,7 @@ SAME_PLACE = 1e-6
 
 
 def built_loads(loaded: Loaded) -> dict[str, Load]:
-    """All loads of a scene by name, in its order."""
+    """Return all loads of a scene by name, in its order."""
     return {
         name: BUILDERS[type(load)](loaded, load, ("loads", name))
         for name, load in loaded.names.scene.loads.items()
@@ -60,14 +60,14 @@ def sized(
 
 
 def over_time(loaded: Loaded, load: scene_loads.OverTime, keys: Keys) -> Profile:
-    """Share of a load over time [s] of the whole run."""
+    """Return the factor of a load over time [s] of the whole run."""
     if load.profile is None:
         return smooth_rise(load.ramp).delayed(loaded.names.beginning.of(keys))
     return over_the_run(loaded.names, load.profile, keys)
 
 
 def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys) -> CarriedRotor:
-    """A vibration motor on a rigid body."""
+    """Return a vibration motor on a rigid body."""
     rotor = eccentric_mass(
         load.factor * load.eccentric_mass, load.radius, load.frequency,
         np.array(load.rotation_axis), load.sense, load.spin_up, load.phase,
@@ -78,7 +78,7 @@ def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys)
 
 
 def sinusoid(loaded: Loaded, load: scene_loads.SinusoidalForce, keys: Keys) -> Rotor:
-    """A sinusoidal force on a rigid body."""
+    """Return a sinusoidal force on a rigid body."""
     direction = loaded.names.vector(load.direction, (*keys, "direction"))
     rotor = sinusoidal_force(load.amplitude, direction, load.frequency, load.spin_up, load.phase)
     begun = replace(rotor, start=loaded.names.beginning.of(keys))
@@ -86,7 +86,7 @@ def sinusoid(loaded: Loaded, load: scene_loads.SinusoidalForce, keys: Keys) -> R
 
 
 def shaken_body(loaded: Loaded, acts_on: str, keys: Keys) -> int:
-    """Number of the rigid body on which something acts that vibrates."""
+    """Return the number of the rigid body on which a vibration acts."""
     names = loaded.names
     if names.scene.time.procedure == "static":
         raise names.loaded.error(
@@ -100,7 +100,7 @@ def shaken_body(loaded: Loaded, acts_on: str, keys: Keys) -> int:
 def nodal_force(
     loaded: Loaded, load: scene_loads.NodalForce | scene_loads.DirectedNodalForce, keys: Keys
 ) -> NodalForce:
-    """A force on a node set."""
+    """Return a force on a node set."""
     names = loaded.names
     nodes = names.node_set(load.nodes, (*keys, "nodes"))
     if not loaded.is_free[nodes].any(axis=1).all():
@@ -117,7 +117,7 @@ def nodal_force(
 def surface_traction(
     loaded: Loaded, load: scene_loads.SurfaceTraction | scene_loads.DirectedTraction, keys: Keys
 ) -> NodalForce:
-    """A force per area at rest on facets: on each corner int N_a t dA."""
+    """Return a force per area at rest on facets: on each corner int N_a t dA."""
     names = loaded.names
     facets = joined_facets(names, load.facets, keys)
     areas = np.zeros(facets.shape)
@@ -131,7 +131,7 @@ def surface_traction(
 def body_force(
     loaded: Loaded, load: scene_loads.BodyForce | scene_loads.DirectedBodyForce, keys: Keys
 ) -> NodalForce:
-    """A force per volume at rest on bodies, by their lumped volume."""
+    """Return a force per volume at rest on bodies, by their lumped volume."""
     names = loaded.names
     volumes = np.zeros(len(loaded.points))
     for k, name in enumerate(load.bodies):
@@ -148,9 +148,9 @@ def body_force(
 
 
 def distributed(measure: np.ndarray, per_measure: np.ndarray, factor: Profile) -> NodalForce:
-    """Return a force per area or volume on the nodes that stand for some.
+    """Return a force per area or volume on the nodes with a nonzero measure.
 
-    measure : (n,) [m^2, m^3]
+    measure: (n,) [m^2, m^3], area or volume of each node.
     """
     nodes = np.flatnonzero(measure)
     return NodalForce(nodes, np.outer(measure[nodes], per_measure), factor)
@@ -159,20 +159,20 @@ def distributed(measure: np.ndarray, per_measure: np.ndarray, factor: Profile) -
 def rigid_force(
     loaded: Loaded, load: scene_loads.RigidForce | scene_loads.DirectedRigidForce, keys: Keys
 ) -> RigidForce:
-    """A force on a rigid body."""
+    """Return a force on a rigid body."""
     names = loaded.names
     body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
     return RigidForce(body, *sized(loaded, load, "force", keys))
 
 
 def axial_relief(loaded: Loaded, load: scene_loads.AxialRelief, keys: Keys) -> AxialRelief:
-    """What takes a share of the weight of all bodies off a rigid body along its axis."""
+    """Return the relief of a rigid body from a fraction of the total weight along its axis."""
     body = loaded.names.rigid_number(load.acts_on, (*keys, "acts_on"))
     return AxialRelief(body, load.share * loaded.total_mass)
 
 
 def tendon(loaded: Loaded, load: scene_loads.Tendon, keys: Keys) -> Tendon:
-    """A tendon that holds a rigid body."""
+    """Return a tendon that holds a rigid body."""
     names = loaded.names
     body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
     direction = names.vector(load.direction, (*keys, "direction"))
@@ -189,7 +189,7 @@ def tendon(loaded: Loaded, load: scene_loads.Tendon, keys: Keys) -> Tendon:
 
 
 def tether(loaded: Loaded, load: scene_loads.Tether, keys: Keys) -> Tether:
-    """A tether that a rigid body trails."""
+    """Return a tether that a rigid body trails."""
     names = loaded.names
     strength = float(np.linalg.norm(names.scene.environment.gravity))
     body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
@@ -211,7 +211,10 @@ def tether(loaded: Loaded, load: scene_loads.Tether, keys: Keys) -> Tether:
 
 
 def turning_stiffness(names: Names, load: scene_loads.Tether, keys: Keys) -> np.ndarray:
-    """Stiffness (3,) [N m/rad] of a tether against roll, yaw and pitch: turns about x, y, z."""
+    """Return the stiffness (3,) [N m/rad] of a tether against roll, yaw and pitch.
+
+    These are rotations about x, y and z.
+    """
     if names.dimension == 2:
         for key, given in (("roll", load.roll_stiffness), ("yaw", load.yaw_stiffness)):
             if given > 0.0:
@@ -224,7 +227,7 @@ def turning_stiffness(names: Names, load: scene_loads.Tether, keys: Keys) -> np.
 
 
 def pulled_cable(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> PulledCable:
-    """A cable through eyelets."""
+    """Return a cable through eyelets."""
     names = loaded.names
     refuse_all_around(names, "a cable", keys)
     places = np.array(
@@ -255,8 +258,9 @@ def pulled_cable(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> P
 
 
 def driven(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> tuple[Profile, Profile]:
-    """Return the length [m] of a cable that is drawn in and its tension [N] over time [s] of the
-    whole run; the one that the scene does not give is zero.
+    """Return the drawn-in length [m] of a cable and its tension [N] over time [s] of the whole run.
+
+    The one that the scene does not give is zero.
     """
     names = loaded.names
     key, given = "profile", None

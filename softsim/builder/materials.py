@@ -1,4 +1,4 @@
-"""Materials of a scene, its own and those of the library."""
+"""Materials of a scene: its own and those of the library."""
 
 import dataclasses
 from importlib import resources
@@ -26,13 +26,13 @@ _MATERIAL: TypeAdapter[scene_materials.Material] = TypeAdapter(scene_materials.M
 
 
 def library_material(name: str) -> scene_materials.Material | None:
-    """The material `name` of the library, or None."""
+    """Return the material `name` of the library, or None."""
     entry = _library().get(name)
     return None if entry is None else _MATERIAL.validate_python(entry)
 
 
 def library_names() -> list[str]:
-    """Names in the material library."""
+    """Return the names in the material library."""
     return list(_library())
 
 
@@ -42,8 +42,9 @@ def _library() -> dict[str, Any]:
 
 
 def materials_of(loaded: LoadedScene) -> dict[str, tuple[Keys, scene_materials.Material]]:
-    """Name -> where it is given or named, and what it is: the materials that a scene gives, and
-    those of the library that its bodies and regions name.
+    """Return the materials that the scene defines or names: name -> key and data.
+
+    They are those that the scene gives, and those of the library that its bodies and regions name.
     """
     scene = loaded.scene
     found: dict[str, tuple[Keys, scene_materials.Material]] = {
@@ -57,7 +58,7 @@ def materials_of(loaded: LoadedScene) -> dict[str, tuple[Keys, scene_materials.M
 
 
 def named_materials(scene: Scene) -> dict[Keys, str]:
-    """Where bodies and regions name a material -> its name."""
+    """Return the names of the materials of bodies and regions, by the keys at which they stand."""
     found: dict[Keys, str] = {}
     for body, data in scene.bodies.items():
         found["bodies", body, "material"] = data.material
@@ -68,8 +69,9 @@ def named_materials(scene: Scene) -> dict[Keys, str]:
 
 
 def material(names: Names, named_at: Keys) -> Material:
-    """The material that the scene names at these keys; under a static procedure without its Maxwell
-    branches, which have relaxed.
+    """Return the material that the scene names at these keys.
+
+    Under a static procedure it has no Maxwell branches, which have relaxed.
     """
     name = named_materials(names.scene)[named_at]
     known = materials_of(names.loaded)
@@ -107,7 +109,7 @@ def material(names: Names, named_at: Keys) -> Material:
 def refuse_unstable_law(
     loaded: LoadedScene, name: str, data: scene_materials.Material, keys: Keys
 ) -> None:
-    """A law must stiffen no less than to zero within the strain that it says it was fitted on."""
+    """Raise SceneError if a law loses its stiffness within the strain range of its fit."""
     if data.strain_range is None:
         return
     stretch = 1.0 + data.strain_range

@@ -1,4 +1,4 @@
-"""What names in a scene stand for: node sets, facet sets, rigid bodies; vectors of its space."""
+"""Lookup of names in a scene: node sets, facet sets, rigid bodies; vectors of its space."""
 
 import difflib
 from collections.abc import Mapping, Sequence
@@ -17,8 +17,9 @@ from softsim.scene.tree import Keys
 
 @dataclass(frozen=True)
 class MeshedRegion:
-    """Cells of a body's mesh by number, the set that they are (None: what is in no region), and
-    their kinematics.
+    """Cells of a body's mesh by number, with their cell set and their kinematics.
+
+    cell_set: None for the cells that are in no region of the scene.
     """
 
     cell_set: str | None
@@ -28,8 +29,10 @@ class MeshedRegion:
 
 @dataclass(frozen=True)
 class MeshedBody:
-    """A body's mesh, placed, where its nodes begin, its kinematics without regions, these, remarks
-    on its file, and what that says besides the mesh.
+    """Placed mesh of a body, with its numbering and kinematics.
+
+    first_node: number of its first node in the model. geometry: kinematics without regions.
+    remarks: on its mesh file; not_read: what else the file contains.
     """
 
     mesh: Mesh
@@ -40,30 +43,30 @@ class MeshedBody:
     not_read: tuple[str, ...]
 
     def has_nodes(self, nodes: np.ndarray) -> np.ndarray:
-        """Which of the model's nodes are the body's: an array of their shape."""
+        """Return True for the nodes that belong to the body, in an array of their shape."""
         return (nodes >= self.first_node) & (nodes < self.first_node + len(self.mesh.points))
 
 
 @dataclass(frozen=True)
 class PlacedCable:
-    """Nodes (k, d) [m] of a cable along its line, and where they begin in the model."""
+    """Nodes (k, d) [m] of a cable along its line, and the number of the first in the model."""
 
     points: np.ndarray
     first_node: int
 
     @property
     def nodes(self) -> np.ndarray:
-        """Their numbers in the model (k,)."""
+        """Numbers of the nodes in the model (k,)."""
         return self.first_node + np.arange(len(self.points))
 
     @property
     def lengths(self) -> np.ndarray:
-        """Of its segments at rest (k - 1,) [m]."""
+        """Lengths of the segments at rest (k - 1,) [m]."""
         return np.linalg.norm(np.diff(self.points, axis=0), axis=1)
 
     @property
     def node_sets(self) -> dict[str, np.ndarray]:
-        """Its node sets, numbered within the cable."""
+        """Node sets of the cable, numbered within it."""
         numbers = np.arange(len(self.points))
         return {
             "start": numbers[:1], "end": numbers[-1:], "start_segment": numbers[:2],
@@ -76,8 +79,8 @@ class PlacedSurface:
     """Closed surface of a rigid body at rest.
 
     points (k, d) [m]: its vertices; first_node: number of the first in the model. facets (f, d):
-    edges or triangles, numbered within the model, their normals outwards. faces (m, d): the same
-    before they were divided, as they are drawn.
+    edges or triangles, numbered within the model, with outward normals. faces (m, d): the same
+    before subdivision, for drawing.
     """
 
     points: np.ndarray
@@ -88,7 +91,7 @@ class PlacedSurface:
 
 @dataclass(frozen=True)
 class Names:
-    """Looks up what a scene's names mean; SceneError, at the key, where they mean nothing."""
+    """Lookup of the names in a scene; raises SceneError, at the key, for unknown names."""
 
     loaded: LoadedScene
     bodies: Mapping[str, MeshedBody]
@@ -120,11 +123,11 @@ class Names:
         return float(np.median(np.concatenate(sides)))
 
     def vector(self, components: Sequence[float], keys: Keys) -> np.ndarray:
-        """A vector (d,) of the model's space; a z that is left out is zero."""
+        """Return a vector (d,) of the model's space; a z that is left out is zero."""
         return model_vector(self.loaded, self.dimension, components, keys)
 
     def axis(self, letter: str, keys: Keys) -> int:
-        """The number of the direction x, y or z."""
+        """Return the number of the direction x, y or z."""
         number = "xyz".index(letter)
         if number >= self.dimension:
             raise self.loaded.error(
@@ -135,7 +138,7 @@ class Names:
         return number
 
     def body(self, reference: str, keys: Keys) -> tuple[str, str]:
-        """Body and set of "body.set"."""
+        """Return the body and the set of "body.set"."""
         body, dot, name = reference.partition(".")
         if not dot or body not in self.bodies:
             raise self.loaded.error(
@@ -147,7 +150,7 @@ class Names:
         return body, name
 
     def node_set(self, reference: str, keys: Keys) -> np.ndarray:
-        """Nodes of "body.set" or "cable.set", numbered within the model."""
+        """Return the nodes of "body.set" or "cable.set", numbered within the model."""
         cable, _, name = reference.partition(".")
         if cable in self.cables:
             placed = self.cables[cable]
@@ -157,7 +160,7 @@ class Names:
         return part.first_node + self._member(part.mesh.node_sets, reference, name, keys, "node")
 
     def facet_set(self, reference: str, keys: Keys) -> np.ndarray:
-        """Facets of "body.set", numbered within the model."""
+        """Return the facets of "body.set", numbered within the model."""
         body, name = self.body(reference, keys)
         part = self.bodies[body]
         return part.first_node + self._member(part.mesh.facet_sets, reference, name, keys, "facet")
@@ -174,7 +177,7 @@ class Names:
         return sets[name]
 
     def rigid_number(self, name: str, keys: Keys) -> int:
-        """Number of a rigid body."""
+        """Return the number of a rigid body."""
         names = list(self.scene.rigid_bodies)
         if name not in names:
             raise self.loaded.error(
@@ -188,7 +191,7 @@ class Names:
 def model_vector(
     loaded: LoadedScene, dimension: int, components: Sequence[float], keys: Keys
 ) -> np.ndarray:
-    """A vector (d,) of a model of d dimensions; a z that is left out is zero."""
+    """Return a vector (d,) of a model of d dimensions; a z that is left out is zero."""
     if len(components) > dimension:
         raise loaded.error(
             keys,
@@ -199,7 +202,7 @@ def model_vector(
 
 
 def close_names(name: str, known: list[str], kind: str) -> str:
-    """A hint: the names that `name` may mean, and all there are."""
+    """Return a hint with the known names that `name` may mean, and all known names."""
     close = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
     listed = ", ".join(known) if known else "none"
     meant = f"did you mean {' or '.join(repr(c) for c in close)}? " if close else ""
@@ -207,5 +210,5 @@ def close_names(name: str, known: list[str], kind: str) -> str:
 
 
 def in_mm(place: np.ndarray) -> str:
-    """A place [m] as people read it."""
+    """Return a place [m] as text in mm."""
     return "(" + ", ".join(f"{c * 1e3:.2f}" for c in place) + ") mm"

@@ -1,4 +1,4 @@
-"""The passage of a rigid body along a pipe that a scene's layout asks about."""
+"""Passage of a rigid body along a pipe, as defined by a scene's layout."""
 
 from collections.abc import Sequence
 
@@ -23,7 +23,10 @@ def passage(
     outline_nodes: Sequence[np.ndarray],
     chamber: FollowerPressure | None,
 ) -> Passage | None:
-    """What the scene's layout asks; None without one. outline_nodes: of each rigid body (k,)."""
+    """Return the passage that the scene's layout defines; None without a layout.
+
+    outline_nodes: nodes of the outline of each rigid body (k,).
+    """
     layout = names.scene.layout
     if layout is None:
         refuse_verdict(names)
@@ -64,7 +67,7 @@ def passage(
 
 
 def refuse_verdict(names: Names) -> None:
-    """Without a layout there is no verdict to expect, and no exit."""
+    """Raise SceneError if the scene expects a verdict or an exit but has no layout."""
     expect = names.scene.expect
     for key, wanted in (("passes", expect.passes), ("exit", expect.exit)):
         if wanted is not None:
@@ -76,7 +79,7 @@ def refuse_verdict(names: Names) -> None:
 
 
 def refuse_unknown_exit(names: Names, network: PipeNetwork) -> None:
-    """The expected exit is one of those there are."""
+    """Raise SceneError if the expected exit does not exist."""
     wanted = names.scene.expect.exit
     if wanted is not None and wanted not in network.exits:
         raise names.loaded.error(
@@ -87,7 +90,7 @@ def refuse_unknown_exit(names: Names, network: PipeNetwork) -> None:
 
 
 def network_of(names: Names, layout: Layout, walls: Sequence[Wall]) -> PipeNetwork:
-    """The pipes that the layout means."""
+    """Return the pipes that the layout refers to."""
     paths = {wall.name: wall for wall in walls if isinstance(wall, PipeNetwork)}
     if not paths:
         raise names.loaded.error(
@@ -113,7 +116,7 @@ def network_of(names: Names, layout: Layout, walls: Sequence[Wall]) -> PipeNetwo
 
 
 def body_of(names: Names, layout: Layout) -> int:
-    """Number of the rigid body that has to pass."""
+    """Return the number of the rigid body that has to pass."""
     if layout.body is not None:
         return names.rigid_number(layout.body, ("layout", "body"))
     if not names.scene.rigid_bodies:
@@ -126,7 +129,7 @@ def body_of(names: Names, layout: Layout) -> int:
 
 
 def items(names: Names, network: PipeNetwork) -> tuple[str, ...]:
-    """What the scene says of each entry of its lists of pipes: "bend 90 deg, radius 60 mm"."""
+    """Return the scene's text of each entry in its lists of pipes: "bend 90 deg, radius 60 mm"."""
     wall = names.scene.environment.walls[network.name]
     assert isinstance(wall, PipePathWall)
     keys = ("environment", "walls", network.name)
@@ -141,7 +144,7 @@ def items(names: Names, network: PipeNetwork) -> tuple[str, ...]:
 
 
 def outline_length(outline: CylinderOutline | BallOutline) -> float:
-    """Of an outline along the pipe that it starts in [m]."""
+    """Return the length [m] of an outline along the pipe in which it starts."""
     if isinstance(outline, BallOutline):
         return 2.0 * outline.radius
     return outline.length
@@ -150,8 +153,10 @@ def outline_length(outline: CylinderOutline | BallOutline) -> float:
 def goals(
     names: Names, layout: Layout, network: PipeNetwork, start: float, length: float
 ) -> tuple[float, ...]:
-    """Arc length [m] at which a body `length` [m] long that starts at `start` [m] has passed, by
-    the branch; infinite of one without an exit.
+    """Return, for each branch, the arc length [m] at which a body has passed.
+
+    The body is `length` [m] long and starts at `start` [m]. The value is infinite for a branch
+    without an exit.
     """
     if not network.exits:
         raise names.loaded.error(
@@ -170,7 +175,7 @@ def goals(
 def goal(
     names: Names, layout: Layout, wall: str, path: PipePath, start: float, length: float
 ) -> float:
-    """The same of one path of a wall."""
+    """Return the arc length [m] at which a body has passed one path of a wall; see `goals`."""
     if layout.goal is None:
         found = default_goal(path, start, length)
         keys: tuple[str, ...] = ("environment", "walls", wall, "pipe")
@@ -188,8 +193,9 @@ def goal(
 
 
 def default_goal(path: PipePath, start: float, length: float) -> float:
-    """Where a body `length` [m] long lies wholly in the last segment, if it fits into it and does
-    not start there; else where its front is at the end of the path.
+    """Return the arc length [m] at which a body `length` [m] long lies wholly in the last segment.
+
+    If it does not fit into the segment or starts there, its front is at the end of the path.
     """
     last = path.segments[-1]
     inside = last.start + 0.5 * length

@@ -1,4 +1,4 @@
-"""Pipes along a path: from the items of a scene to segments, and what is wrong with them."""
+"""Pipes along a path: conversion of the items of a scene to segments, with checks."""
 
 from collections.abc import Iterator, Sequence
 
@@ -34,7 +34,10 @@ LARGEST_RATIO = 1e5
 
 
 def pipe_networks(names: Names) -> list[PipeNetwork]:
-    """All pipes along a path. SceneError where one cannot be built, or runs into itself."""
+    """Return all pipes along a path.
+
+    Raises SceneError if one cannot be built, or crosses itself.
+    """
     return [
         pipe_network(names, name, wall)
         for name, wall in names.scene.environment.walls.items()
@@ -43,7 +46,10 @@ def pipe_networks(names: Names) -> list[PipeNetwork]:
 
 
 def pipe_network(names: Names, name: str, wall: PipePathWall) -> PipeNetwork:
-    """One of them."""
+    """Return the pipes of one wall along a path.
+
+    Raises SceneError if they cannot be built, or cross each other.
+    """
     keys = ("environment", "walls", name)
     if isinstance(names.geometry, Axisymmetric):
         raise names.loaded.error(
@@ -78,36 +84,36 @@ def pipe_network(names: Names, name: str, wall: PipePathWall) -> PipeNetwork:
 
 
 def pipes(wall: PipePathWall) -> dict[Keys, tuple[PipeItem, ...]]:
-    """The items of each pipe by its keys in the wall: of the start's, then of its branches."""
+    """Return the items of each pipe by its keys in the wall: the main pipe, then the branches."""
     return {(PIPE,): wall.pipe} | {("branches", n): listed for n, listed in wall.branches.items()}
 
 
 def key_of_item(wall: PipePathWall, number: int) -> Keys:
-    """Keys in the wall of an item as pipe_layout.network_of_items numbers them."""
+    """Return the keys in the wall of an item as pipe_layout.network_of_items numbers them."""
     return [(*place, k) for place, listed in pipes(wall).items() for k in range(len(listed))][
         number
     ]
 
 
 def label(key: Keys) -> str:
-    """An item in words: pipe[2], or left[0] of a branch."""
+    """Return the name of an item for messages: pipe[2], or left[0] of a branch."""
     return f"{key[-2]}[{key[-1]}]"
 
 
 def sides_of(item: PipeItem) -> dict[str, str]:
-    """The branches that leave at an item, by the side: left, right."""
+    """Return the branches that leave at an item, by the side: left, right."""
     if not isinstance(item, TeeItem | CrossItem):
         return {}
     return {side: name for side in SIDES if (name := getattr(item, side)) is not None}
 
 
 def ends_in_a_tee(listed: Sequence[PipeItem]) -> bool:
-    """Whether a pipe ends where two others leave it."""
+    """Return True if a pipe ends where two others leave it."""
     return isinstance(listed[-1], TeeItem) and len(sides_of(listed[-1])) == len(SIDES)
 
 
 def reached_from_the_start(wall: PipePathWall) -> list[tuple[Keys, tuple[PipeItem, ...]]]:
-    """The pipes that the start leads to, each after that which it leaves: keys and items."""
+    """Return the pipes reached from the start, each after the one it leaves: keys and items."""
     found: list[tuple[Keys, tuple[PipeItem, ...]]] = [((PIPE,), wall.pipe)]
     for _, listed in found:  # grows on the way
         found += [
@@ -119,7 +125,7 @@ def reached_from_the_start(wall: PipePathWall) -> list[tuple[Keys, tuple[PipeIte
 
 
 def refuse_loose_branches(names: Names, keys: Keys, wall: PipePathWall) -> None:
-    """Each branch leaves one pipe, and the start leads to it."""
+    """Raise SceneError unless each branch leaves exactly one pipe and is reached from the start."""
     taken: dict[str, str] = {}
     for place, listed in pipes(wall).items():
         for k, item in enumerate(listed):
@@ -157,7 +163,7 @@ def refuse_loose_branches(names: Names, keys: Keys, wall: PipePathWall) -> None:
 
 
 def refuse_unknown_ends(names: Names, keys: Keys, wall: PipePathWall) -> None:
-    """Only ends that there are can be closed."""
+    """Raise SceneError if the scene closes an end that does not exist."""
     ends = ["start"] + [
         "end" if place == (PIPE,) else str(place[-1])
         for place, listed in pipes(wall).items()
@@ -173,7 +179,7 @@ def refuse_unknown_ends(names: Names, keys: Keys, wall: PipePathWall) -> None:
 
 
 def with_diameters(listed: Sequence[PipeItem], diameter: float) -> Iterator[tuple[PipeItem, float]]:
-    """Each item of a pipe, and how wide [m] the pipe is where it begins."""
+    """Yield each item of a pipe and the diameter [m] of the pipe where the item begins."""
     for item in listed:
         yield item, diameter
         if isinstance(item, TaperItem):
@@ -183,8 +189,9 @@ def with_diameters(listed: Sequence[PipeItem], diameter: float) -> Iterator[tupl
 
 
 def layout_item(names: Names, keys: Keys, item: PipeItem, diameter: float) -> pipe_layout.Item:
-    """An item as `pipe_layout` takes it, where the pipe is `diameter` [m] wide: bends turn by a
-    positive angle towards a side.
+    """Return an item in the form of `pipe_layout`, where the pipe is `diameter` [m] wide.
+
+    Bends turn by a positive angle towards a side.
     """
     if isinstance(item, StraightItem):
         return pipe_layout.Straight(item.straight)
@@ -206,8 +213,9 @@ def layout_item(names: Names, keys: Keys, item: PipeItem, diameter: float) -> pi
 
 
 def fork(names: Names, keys: Keys, item: TeeItem | CrossItem, diameter: float) -> pipe_layout.Fork:
-    """A tee or a cross in a pipe `diameter` [m] wide. SceneError where pipes leave it that are
-    wider than what they leave.
+    """Return a tee or a cross in a pipe `diameter` [m] wide.
+
+    Raises SceneError if a pipe that leaves it is wider than the one that it leaves.
     """
     goes_on = not ends_in_a_tee([item])
     to = diameter if item.to is None else item.to
@@ -226,7 +234,7 @@ def fork(names: Names, keys: Keys, item: TeeItem | CrossItem, diameter: float) -
 
 
 def refuse_short_forks(names: Names, keys: Keys, wall: PipePathWall, network: PipeNetwork) -> None:
-    """Pipes are straight as far as their edges matter."""
+    """Raise SceneError if a branch's first segment is shorter than the reach of its junction."""
     lengths = {
         branch.path.segments[0].item: branch.path.segments[0].length
         for branch in network.branches[1:]
@@ -244,7 +252,7 @@ def refuse_short_forks(names: Names, keys: Keys, wall: PipePathWall, network: Pi
 
 
 def refuse_idle_steps(names: Names, keys: Keys, wall: PipePathWall) -> None:
-    """A step lies between two items that have a length."""
+    """Raise SceneError if the main pipe starts with a step, or any pipe ends with one."""
     if isinstance(wall.pipe[0], StepItem):
         raise names.loaded.error(
             (*keys, "pipe", 0),
@@ -261,7 +269,10 @@ def refuse_idle_steps(names: Names, keys: Keys, wall: PipePathWall) -> None:
 
 
 def refuse_absurd_sizes(names: Names, keys: Keys, wall: PipePathWall) -> None:
-    """The sizes of a layout are within some powers of ten of its diameter."""
+    """Raise SceneError if a size is more than LARGEST_RATIO times the wall's diameter.
+
+    Diameters of tapers and steps must not be smaller by more than this factor either.
+    """
     for place, listed in pipes(wall).items():
         for k, item in enumerate(listed):
             for key in LENGTHS:
@@ -281,7 +292,7 @@ def refuse_absurd_sizes(names: Names, keys: Keys, wall: PipePathWall) -> None:
 def refuse_wrong_diameters(
     names: Names, keys: Keys, along: Sequence[tuple[PipeItem, float]]
 ) -> None:
-    """An item that states its diameter begins where the last one ended."""
+    """Raise SceneError if an item states another diameter than that at which the last one ended."""
     for k, (item, diameter) in enumerate(along):
         if item.diameter is not None and abs(item.diameter - diameter) > ALIKE:
             raise names.loaded.error(
@@ -293,7 +304,10 @@ def refuse_wrong_diameters(
 
 
 def refuse_tight_bends(names: Names, keys: Keys, wall: PipePathWall, network: PipeNetwork) -> None:
-    """On the inner side of a bend there is a wall only if its radius is larger than the pipe's."""
+    """Raise SceneError if the radius of a bend is not larger than that of its pipe.
+
+    The inner side of such a bend has no wall.
+    """
     for segment in (segment for branch in network.branches for segment in branch.path.segments):
         least = segment.radii[0]
         if segment.bend_radius <= least + ALIKE:
@@ -306,7 +320,7 @@ def refuse_tight_bends(names: Names, keys: Keys, wall: PipePathWall, network: Pi
 
 
 def refuse_crossing(names: Names, keys: Keys, wall: PipePathWall, network: PipeNetwork) -> None:
-    """No two segments lie in each other."""
+    """Raise SceneError if two segments overlap."""
     found = pipe_layout.crossing(network)
     if found is None:
         return
@@ -321,7 +335,7 @@ def refuse_crossing(names: Names, keys: Keys, wall: PipePathWall, network: PipeN
 
 
 def overlap(names: Names, name: str, network: PipeNetwork, places: np.ndarray) -> SceneError:
-    """What is wrong where places (n, d) of bodies start inside the wall of the pipes `name`."""
+    """Return the error for places (n, d) of bodies inside the wall of the pipes `name`."""
     keys = ("environment", "walls", name)
     wall = names.scene.environment.walls[name]
     assert isinstance(wall, PipePathWall)
@@ -355,5 +369,5 @@ def overlap(names: Names, name: str, network: PipeNetwork, places: np.ndarray) -
 
 
 def in_words(length: float) -> str:
-    """A length [m] as people read it."""
+    """Return a length [m] as text in mm."""
     return f"{length * 1e3:g} mm"

@@ -12,17 +12,17 @@ from softsim.scene.quantities import Point
 from softsim.scene.tree import Keys
 
 DRAWN_BESIDE = 0.25
-"""How far a wall in space is drawn beside the bodies, over their width."""
+"""Width of a drawn wall in space beyond each side of the bodies, relative to their width."""
 
 
 def polyline_walls(names: Names) -> list[PolylineWall]:
-    """The polylines of a scene."""
+    """Return the polyline walls of a scene."""
     walls = names.scene.environment.walls.items()
     return [polyline_wall(names, n, w) for n, w in walls if isinstance(w, polylines.PolylineWall)]
 
 
 def polyline_wall(names: Names, name: str, wall: polylines.PolylineWall) -> PolylineWall:
-    """One of them, its points from the scene or from a file."""
+    """Return one polyline wall, with its points from the scene or from a file."""
     keys = ("environment", "walls", name)
     source = "points" if wall.file is None else "file"
     try:
@@ -37,7 +37,7 @@ def polyline_wall(names: Names, name: str, wall: polylines.PolylineWall) -> Poly
 
 
 def placed_wall(names: Names, name: str, line: Polyline) -> PolylineWall:
-    """The wall `name` along a polyline; in space it is drawn as wide as the bodies and more."""
+    """Return the wall `name` along a polyline; in space it is drawn wider than the bodies."""
     if names.dimension == 2:
         return PolylineWall(name, line, None)
     z = np.concatenate([body.mesh.points[:, 2] for body in names.bodies.values()])
@@ -46,7 +46,7 @@ def placed_wall(names: Names, name: str, line: Polyline) -> PolylineWall:
 
 
 def in_plane(names: Names, point: Point, keys: Keys) -> np.ndarray:
-    """A point (2,) [m] of a polyline."""
+    """Return a point (2,) [m] of a polyline."""
     place = names.vector(point, keys)
     if place[2:].any():
         raise names.loaded.error(

@@ -1,4 +1,4 @@
-"""What a robot must have for its pressure to follow what it feels."""
+"""Checks that a robot has what a pressure controlled by events needs."""
 
 from collections.abc import Iterator
 
@@ -13,7 +13,7 @@ ROWS_OF_A_SPEED = 4
 
 
 def refuse_what_cannot_be_felt(names: Names, model: Model) -> None:
-    """A controlled pressure whose events the history does not show."""
+    """Raise SceneError if a controlled pressure needs events that the history does not record."""
     for keys, settings in controls(model):
         refuse_a_second_chamber(names, model, keys)
         refuse_no_motion(names, model, keys)
@@ -22,7 +22,7 @@ def refuse_what_cannot_be_felt(names: Names, model: Model) -> None:
 
 
 def controls(model: Model) -> Iterator[tuple[Keys, EventCycles]]:
-    """The profile of each controlled pressure: its place in the scene, its settings."""
+    """Yield the keys and the settings of the profile of each controlled pressure."""
     for load in model.pressures:
         course = load.drive.course
         if isinstance(course, ControlledPressure):
@@ -30,7 +30,10 @@ def controls(model: Model) -> Iterator[tuple[Keys, EventCycles]]:
 
 
 def refuse_a_second_chamber(names: Names, model: Model, keys: Keys) -> None:
-    """The history shows the pressure of one chamber, the robot's."""
+    """Raise SceneError if the pressure is not that of the robot's chamber.
+
+    The history records no other pressure.
+    """
     chamber = model.chamber
     if chamber is not None and keys[1] != chamber.name:
         raise names.loaded.error(
@@ -41,7 +44,7 @@ def refuse_a_second_chamber(names: Names, model: Model, keys: Keys) -> None:
 
 
 def refuse_no_motion(names: Names, model: Model, keys: Keys) -> None:
-    """Motion is that of the frame, in real time."""
+    """Raise SceneError if the model is static or has no frame whose motion could be measured."""
     if model.relaxation is not None:
         raise names.loaded.error(
             keys,
@@ -57,7 +60,7 @@ def refuse_no_motion(names: Names, model: Model, keys: Keys) -> None:
 
 
 def refuse_missing_rows(names: Names, model: Model, settings: EventCycles, keys: Keys) -> None:
-    """Rows that are not there never touch; contact that is lost was there before."""
+    """Raise SceneError if a criterion needs more rows of spikes than the robot has."""
     for key in ("contact_rows", "least_rows"):
         wanted = getattr(settings, key)
         if wanted > len(model.robot.rows):
@@ -69,7 +72,7 @@ def refuse_missing_rows(names: Names, model: Model, settings: EventCycles, keys:
 
 
 def refuse_a_short_window(names: Names, settings: EventCycles, keys: Keys) -> None:
-    """A speed is told by the places that rows of the history show."""
+    """Raise SceneError if the motion window has too few rows of the history to compute a speed."""
     least = ROWS_OF_A_SPEED * names.scene.output.history_interval
     if settings.motion_window < least:
         raise names.loaded.error(

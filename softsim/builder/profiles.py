@@ -1,4 +1,4 @@
-"""Profiles over time from what a scene says of them."""
+"""Profiles over time that a scene describes."""
 
 from collections.abc import Callable
 from typing import Any

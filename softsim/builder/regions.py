@@ -17,10 +17,11 @@ from softsim.scene.tree import Keys
 def meshed_regions(
     loaded: LoadedScene, body: str, mesh: Mesh, geometry: Geometry
 ) -> tuple[MeshedRegion, ...]:
-    """Regions of a body: first the cells that are in none of the scene's, if there are any.
+    """Return the regions of a body.
 
-    Raises SceneError for a set that does not exist, a cell in two regions, a thickness that means
-    nothing.
+    The first one holds the cells that are in none of the scene's regions, if there are any. Raises
+    SceneError for a set that does not exist, a cell in two regions, or a thickness that has no
+    meaning.
     """
     given = loaded.scene.bodies[body].regions
     region_of_cell = np.full(len(mesh.cells), -1)
@@ -59,7 +60,10 @@ def meshed_regions(
 def refuse_meaningless_thickness(
     loaded: LoadedScene, body: str, region: str, geometry: Geometry, cells: np.ndarray
 ) -> None:
-    """A thickness is that of a plate, or of single parts of a ring section."""
+    """Raise SceneError for a thickness of a region in which it has no meaning.
+
+    Plates have a thickness, and cells of a ring section that are not rings.
+    """
     data = loaded.scene.bodies[body]
     if data.regions[region].thickness is None:
         return
@@ -77,7 +81,7 @@ def refuse_meaningless_thickness(
 
 
 def built_region(names: Names, body: str, region: MeshedRegion) -> Region:
-    """A region with its material."""
+    """Return a region with its material."""
     part = names.bodies[body]
     keys = material_keys(names, body, region.cell_set)
     return Region(
@@ -93,7 +97,7 @@ def built_region(names: Names, body: str, region: MeshedRegion) -> Region:
 
 
 def material_keys(names: Names, body: str, cell_set: str | None) -> Keys:
-    """Where the scene names the material of a region."""
+    """Return the keys at which the scene names the material of a region."""
     keys: Keys = ("bodies", body)
     if cell_set is not None and names.scene.bodies[body].regions[cell_set].material is not None:
         keys = (*keys, "regions", cell_set)
@@ -103,7 +107,7 @@ def material_keys(names: Names, body: str, cell_set: str | None) -> Keys:
 def bounded(
     names: Names, facets: np.ndarray
 ) -> Iterator[tuple[MeshedBody, MeshedRegion, np.ndarray]]:
-    """Bodies and regions whose elements have some of the facets (k, corners), and which."""
+    """Yield bodies and regions whose elements have some of the facets (k, corners), and which."""
     for body in names.bodies.values():
         here = np.flatnonzero(body.has_nodes(facets).all(axis=1))
         if not len(here):
@@ -116,7 +120,7 @@ def bounded(
 
 
 def common_geometry(names: Names, facets: np.ndarray, keys: Keys) -> Geometry:
-    """Kinematics of the elements behind the facets of one chamber."""
+    """Return the kinematics of the elements behind the facets of one chamber."""
     first, *others = [region.geometry for _, region, _ in bounded(names, facets)]
     if not all(first.bounds_with(other) for other in others):
         raise names.loaded.error(

@@ -38,14 +38,14 @@ LENGTHS_ALONG = {2: 32, 3: 12}
 
 
 def model_freedom(names: Names) -> tuple[bool, ...]:
-    """The degrees of freedom that a rigid body has in this kind of model."""
+    """Return the degrees of freedom that a rigid body has in this kind of model."""
     if names.dimension == 3:
         return SPACE_FREEDOM
     return AXIAL_FREEDOM if isinstance(names.geometry, Axisymmetric) else PLANE_FREEDOM
 
 
 def freedom(names: Names, name: str) -> tuple[bool, ...]:
-    """Which degrees of freedom of a rigid body may move."""
+    """Return True for the degrees of freedom of a rigid body that may move."""
     possible = model_freedom(names)
     asked = names.scene.rigid_bodies[name].free
     if asked is None:
@@ -65,7 +65,7 @@ def freedom(names: Names, name: str) -> tuple[bool, ...]:
 
 
 def free_to_move(names: Names, name: str) -> tuple[bool, ...]:
-    """Its degrees of freedom that follow from forces: those that no motion prescribes."""
+    """Return True for the degrees of freedom of a rigid body that are free and not prescribed."""
     moved = {
         condition.direction
         for condition in names.scene.conditions.values()
@@ -76,7 +76,10 @@ def free_to_move(names: Names, name: str) -> tuple[bool, ...]:
 
 
 def rigid_motions(names: Names) -> dict[str, RigidMotion]:
-    """Prescribed motions of rigid bodies, each direction by one of them."""
+    """Return the prescribed motions of rigid bodies by name.
+
+    Raises SceneError if a direction has two of them or cannot move.
+    """
     result: dict[str, RigidMotion] = {}
     for key, condition in names.scene.conditions.items():
         if not isinstance(condition, conditions.RigidMotion):
@@ -99,7 +102,10 @@ def rigid_motions(names: Names) -> dict[str, RigidMotion]:
 
 
 def tied_nodes(names: Names, is_free: np.ndarray) -> list[np.ndarray]:
-    """Soft nodes tied to each rigid body; a node belongs to one body and is not fixed."""
+    """Return the soft nodes tied to each rigid body.
+
+    Raises SceneError if a node belongs to two bodies or is fixed.
+    """
     taken = np.logical_not(is_free.all(axis=1))
     if isinstance(names.geometry, Axisymmetric):
         taken = np.logical_not(is_free[:, 1])  # nodes on the axis are held across it
@@ -122,11 +128,11 @@ def tied_nodes(names: Names, is_free: np.ndarray) -> list[np.ndarray]:
 
 
 def own_mass(names: Names, name: str, bodies: tuple[Body, ...], lumped: np.ndarray) -> float:
-    """Mass of a rigid body without the deformable bodies tied to it [kg]; lumped (n,) [kg]: of all
-    nodes, with layers, fibres and point masses.
+    """Return the mass [kg] of a rigid body without the deformable bodies tied to it.
 
-    Raises SceneError where its total mass leaves nothing for itself, or where one of its deformable
-    bodies is tied to another rigid body too.
+    lumped (n,) [kg]: mass of all nodes, with layers, fibres and point masses. Raises SceneError if
+    its total mass leaves nothing for itself, or if one of its deformable bodies is tied to another
+    rigid body too.
     """
     data, keys = names.scene.rigid_bodies[name], ("rigid_bodies", name, "total_mass")
     if data.mass is not None:
@@ -154,7 +160,7 @@ def own_mass(names: Names, name: str, bodies: tuple[Body, ...], lumped: np.ndarr
 
 
 def tied_bodies(names: Names, name: str) -> set[str]:
-    """Names of the deformable bodies that are tied to a rigid body; cables are none."""
+    """Return the names of the deformable bodies tied to a rigid body; cables do not count."""
     tied = names.scene.rigid_bodies[name].tied
     keys = ("rigid_bodies", name, "tied")
     return {
@@ -165,8 +171,9 @@ def tied_bodies(names: Names, name: str) -> set[str]:
 
 
 def rigid_body(names: Names, name: str, mass: float, tied: np.ndarray) -> RigidBodyData:
-    """One rigid body of this mass [kg]; `tied`: its soft nodes and those without mass, the corners
-    of its outline or surface.
+    """Return one rigid body of this mass [kg].
+
+    tied: its soft nodes and its nodes without mass, the corners of its outline or surface.
     """
     data = names.scene.rigid_bodies[name]
     keys = ("rigid_bodies", name)
@@ -199,7 +206,7 @@ def rigid_body(names: Names, name: str, mass: float, tied: np.ndarray) -> RigidB
 
 
 def placed_surfaces(names: Names) -> dict[str, PlacedSurface]:
-    """Surfaces of all rigid bodies that have one, their nodes after those of bodies and cables."""
+    """Return the surfaces of all rigid bodies that have one, numbered after bodies and cables."""
     result: dict[str, PlacedSurface] = {}
     first_node = sum(len(body.mesh.points) for body in names.bodies.values())
     first_node += sum(len(cable.points) for cable in names.cables.values())
@@ -211,11 +218,11 @@ def placed_surfaces(names: Names) -> dict[str, PlacedSurface]:
 
 
 def placed_surface(names: Names, name: str, data: RigidSurface, first_node: int) -> PlacedSurface:
-    """The surface of the rigid body `name`, its facets as small as those of deformable bodies.
+    """Return the surface of the rigid body `name`.
 
-    Raises SceneError for a file that holds no closed surface of this kind of model, for one that is
-    smaller than a facet of the deformable bodies or has too many facets, and for a body whose
-    centre lies beside its surface.
+    Its facets are as small as those of deformable bodies. Raises SceneError for a file that holds
+    no closed surface of this kind of model, for one that is smaller than a facet of the deformable
+    bodies or has too many facets, and for a body whose centre lies beside its surface.
     """
     keys = ("rigid_bodies", name, "surface")
     source = (*keys, "file" if data.points is None else "points")
@@ -257,7 +264,7 @@ def placed_surface(names: Names, name: str, data: RigidSurface, first_node: int)
 def read_rigid_surface(
     names: Names, data: RigidSurface, keys: Keys
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, d) [m] of a surface at its place, and its facets (m, d), their normals outwards.
+    """Return the points (n, d) [m] of a placed surface, and its facets (m, d) with outward normals.
 
     Raises MeshError.
     """
@@ -300,7 +307,7 @@ def read_rigid_surface(
 
 
 def surface_points(names: Names) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (k, d) of all surfaces, and the number of the rigid body of each (k,)."""
+    """Return the vertices (k, d) of all surfaces, and the number of the rigid body of each (k,)."""
     points, owners = [np.zeros((0, names.dimension))], [np.zeros(0, dtype=int)]
     for r, name in enumerate(names.scene.rigid_bodies):
         if name in names.surfaces:
@@ -310,7 +317,7 @@ def surface_points(names: Names) -> tuple[np.ndarray, np.ndarray]:
 
 
 def outline_shape(names: Names, name: str, data: RigidBody) -> Cylinder | Sphere:
-    """The shape of the outline of the rigid body `name`."""
+    """Return the shape of the outline of the rigid body `name`."""
     outline = data.outline
     centre = names.vector(data.center, ("rigid_bodies", name, "center"))
     if isinstance(outline, BallOutline):
@@ -321,7 +328,7 @@ def outline_shape(names: Names, name: str, data: RigidBody) -> Cylinder | Sphere
 
 
 def outline_points(names: Names) -> tuple[np.ndarray, np.ndarray]:
-    """Points (k, d) of all outlines that may touch walls, and the number of the body of each."""
+    """Return points (k, d) of outlines that may touch walls, and the number of the body of each."""
     points, owners = [np.zeros((0, names.dimension))], [np.zeros(0, dtype=int)]
     for r, (name, data) in enumerate(names.scene.rigid_bodies.items()):
         if data.outline is None:
@@ -336,7 +343,7 @@ def outline_points(names: Names) -> tuple[np.ndarray, np.ndarray]:
 
 
 def touching_points(names: Names, shape: Cylinder | Sphere) -> np.ndarray:
-    """Points (k, d) of an outline, relative to its centre, that may touch the walls of the scene.
+    """Return the points (k, d) of an outline, relative to its centre, that may touch the walls.
 
     Planes and straight pipes touch a cylinder at its corners or rims first; other walls may touch
     its sides anywhere.
@@ -352,7 +359,7 @@ def touching_points(names: Names, shape: Cylinder | Sphere) -> np.ndarray:
 
 
 def ball_points(shape: Sphere, dimension: int) -> np.ndarray:
-    """Points (k, d) on a ball or, in the plane, a disc."""
+    """Return points (k, d) on a ball or, in the plane, a disc."""
     circle = points_around()
     if dimension == 2:
         return shape.radius * circle
@@ -361,16 +368,19 @@ def ball_points(shape: Sphere, dimension: int) -> np.ndarray:
 
 
 def cylinder_points(shape: Cylinder, lengths: int) -> np.ndarray:
-    """Points (k, 3) on the rims of a cylinder along x, and on rings between that divide it into so
-    many lengths.
+    """Return points (k, 3) on the rims of a cylinder along x, and on rings between them.
+
+    The rings divide it into the given number of lengths.
     """
     along = shape.half_length * np.linspace(-1.0, 1.0, lengths + 1)
     return np.array([[a, *(shape.radius * c)] for a in along for c in points_around()])
 
 
 def rectangle_points(shape: Cylinder, lengths: int) -> np.ndarray:
-    """Corners of a rectangle (k, 2), and points between that divide its longer side into so many
-    lengths and its shorter one into as many as are not longer.
+    """Return the corners of a rectangle (k, 2), and points between them.
+
+    They divide its longer side into the given number of lengths and its shorter one into pieces
+    that are not longer.
     """
     half = np.full(2, shape.radius)
     half[shape.axis] = shape.half_length
@@ -382,7 +392,7 @@ def rectangle_points(shape: Cylinder, lengths: int) -> np.ndarray:
 
 
 def points_around() -> np.ndarray:
-    """Points (POINTS_AROUND, 2) evenly around the unit circle."""
+    """Return points (POINTS_AROUND, 2), evenly spaced around the unit circle."""
     around = 2.0 * np.pi * np.arange(POINTS_AROUND) / POINTS_AROUND
     return np.stack([np.cos(around), np.sin(around)], axis=1)
 
@@ -393,7 +403,10 @@ def outlines(
     stiffness: Stiffness,
     tied: list[np.ndarray],
 ) -> tuple[OutlineData, ...]:
-    """Outlines of all rigid bodies that have one, and what may lie against them."""
+    """Return the outlines of all rigid bodies that have one, with the contact of their supports.
+
+    Raises SceneError if a node of a support starts inside the outline.
+    """
     result = []
     for r, (name, data) in enumerate(names.scene.rigid_bodies.items()):
         if data.outline is None:

@@ -1,4 +1,4 @@
-"""Which parts of a model play the roles that a scene names: frame, chamber, rows, track."""
+"""Parts of a model in the roles that a scene names: frame, chamber, rows, track."""
 
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
@@ -13,14 +13,15 @@ PLACE = ("robot",)
 
 
 SIDES = (("bottom", "top"), ("left", "right"))
-"""By the sign of y and z: a robot goes along +x, and +y is up."""
+"""Names of the sides of a robot by the sign of y and z: it travels along +x, and +y is up."""
 
 
 def robot(
     names: Names, bodies: Sequence[Body], chamber: FollowerPressure | None, points: np.ndarray
 ) -> Robot:
-    """What the scene says, or the first of each kind; chamber: what `chamber` tells; points: of all
-    nodes at rest (n, d) [m].
+    """Return the parts that the scene names, or the first of each kind.
+
+    chamber: the result of `chamber`. points (n, d) [m]: all nodes at rest.
     """
     named = None if chamber is None else chamber.name
     found = rows(names, bodies)
@@ -29,7 +30,7 @@ def robot(
 
 
 def frame(names: Names) -> int | None:
-    """Number of the rigid body; None where there is none."""
+    """Return the number of the rigid body that is the frame; None without one."""
     given = names.scene.robot.frame
     if given is not None:
         return names.rigid_number(given, (*PLACE, "frame"))
@@ -37,7 +38,7 @@ def frame(names: Names) -> int | None:
 
 
 def chamber(names: Names, chambers: Sequence[FollowerPressure]) -> FollowerPressure | None:
-    """The load that is a pressure; None where there is none."""
+    """Return the pressure that is the robot's chamber; None without one."""
     given = names.scene.robot.chamber
     if given is None:
         return chambers[0] if chambers else None
@@ -52,7 +53,7 @@ def chamber(names: Names, chambers: Sequence[FollowerPressure]) -> FollowerPress
 
 
 def rows(names: Names, bodies: Sequence[Body]) -> dict[str, np.ndarray]:
-    """Node sets (k,) by name, each pattern's in the order of the mesh."""
+    """Return node sets (k,) by name, those of each pattern in the order of the mesh."""
     sets = {f"{b.name}.{name}": nodes for b in bodies for name, nodes in b.node_sets.items()}
     found: dict[str, np.ndarray] = {}
     for k, pattern in enumerate(names.scene.robot.rows):
@@ -68,7 +69,7 @@ def rows(names: Names, bodies: Sequence[Body]) -> dict[str, np.ndarray]:
 
 
 def track(names: Names) -> str | None:
-    """Name of the probe whose way over the ground is told; None where there is none."""
+    """Return the name of the probe whose path over the ground is recorded; None without one."""
     given, keys = names.scene.robot.track, (*PLACE, "track")
     if given is None:
         return None
@@ -91,8 +92,9 @@ def track(names: Names) -> str | None:
 
 
 def sides(rows: dict[str, np.ndarray], points: np.ndarray) -> dict[str, np.ndarray]:
-    """Nodes of all rows, by the side of the robot on which they lie at rest: the direction across
-    in which they are farthest from the middle of all.
+    """Return the nodes of all rows, by the side of the robot on which they lie at rest.
+
+    The side is the transverse direction in which a node is farthest from the mean of all.
     """
     if not rows:
         return {}

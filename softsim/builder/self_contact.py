@@ -1,4 +1,4 @@
-"""Contact between bodies: the surfaces that a scene names, and how stiff they are."""
+"""Contact between bodies: the surfaces that a scene names, and their stiffness."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -244,7 +244,7 @@ def contact_groups(
     rows = np.sort(facets, axis=1)
 
     def members(names: Iterable[str]) -> np.ndarray:
-        """Points (k + f,) of the surfaces of these names."""
+        """Return the points (k + f,) of the surfaces of these names."""
         named = [np.zeros((0, facets.shape[1]), dtype=int)]
         named += [np.sort(simplex_facets(by_name[name])[0], axis=1) for name in names]
         of_facets = find_rows(rows, np.unique(np.concatenate(named), axis=0)) >= 0
@@ -262,9 +262,9 @@ def contact_groups(
 
 
 def named_facets(names: Names, reference: str, keys: Keys) -> np.ndarray:
-    """Facets (f, d) of a body's whole surface, or of "body.set".
+    """Return the facets (f, d) of a body's whole surface, or of "body.set".
 
-    A rigid body's are those of its mesh surface, "body" or "body.surface".
+    Those of a rigid body belong to its mesh surface, "body" or "body.surface".
     """
     rigid, _, part = reference.partition(".")
     if rigid in names.scene.rigid_bodies and rigid not in names.bodies:
@@ -292,8 +292,10 @@ def named_facets(names: Names, reference: str, keys: Keys) -> np.ndarray:
 def connected_parts(
     bodies: Sequence[Body], ties: Ties, surfaces: Sequence[np.ndarray], node_count: int
 ) -> np.ndarray:
-    """Number of the part (n,) that each node is connected with through cells, ties, and a rigid
-    body with a surface; surfaces: the nodes tied to each of these.
+    """Return the number of the part (n,) to which each node is connected.
+
+    Connections are cells, ties, and rigid bodies with a surface. surfaces: the nodes tied to each
+    of these.
     """
     cells = np.concatenate([b.cells + b.first_node for b in bodies])
     first = np.repeat(cells[:, :1], cells.shape[1] - 1, axis=1).ravel()
@@ -335,10 +337,10 @@ def refuse_depth(names: Names, places: np.ndarray, depth: np.ndarray, what: str)
 
 
 def depth_inside(places: np.ndarray, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """How deep (k,) [m] each place (k, d) lies in the body of these cells, at least: the distance
-    to the outer sides of the simplexes at the place, zero outside.
+    """Return how deep (k,) [m] each place (k, d) lies in the body of these cells, at least.
 
-    A side between two cells that hold the place does not count: its distance to one is that to the
+    It is the distance to the outer sides of the simplexes at the place, zero outside. A side
+    between two cells that hold the place does not count, since its distance to one is that to the
     other. So a place on an inner node is as deep as the cells around it are high.
     """
     cells = simplexes(cells, points.shape[1])
@@ -357,7 +359,7 @@ def depth_inside(places: np.ndarray, points: np.ndarray, cells: np.ndarray) -> n
 def _depth_in_cells(
     place: np.ndarray, corners: np.ndarray, gradients: np.ndarray, cells: np.ndarray
 ) -> float:
-    """Distance from a place to the outer facets of those cells (m, d + 1) that hold it."""
+    """Return the distance of a place to the outer facets of the cells (m, d + 1) that hold it."""
     weights = np.einsum("mci,mi->mc", gradients, place - corners[:, 0])
     weights[:, 0] += 1.0
     holding = (weights > -1e-9).all(axis=1)

@@ -1,5 +1,7 @@
-"""Sets that a scene defines on a body: what lies in a box or on one side of a plane, and what is in
-any, in all, or in one but not the other, of further sets. Each may have nodes, facets and cells.
+"""Sets that a scene defines on a body.
+
+A set is a box, one side of a plane, or the union, intersection or difference of further sets. It
+may have nodes, facets and cells.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,12 +19,14 @@ from softsim.scene.structure import first_key
 from softsim.scene.tree import Keys
 
 ON_IT = 1e-6
-"""How far off a plane or the side of a box a node counts as on it: this share of the body's extent,
-far below the size of an element, and above the round-off of the seven digits of a mesh file.
+"""Distance from a plane or the side of a box up to which a node counts as on it.
+
+It is relative to the body's extent: far below the size of an element, and above the round-off of
+the seven digits of a mesh file.
 """
 
 ALL = "all"
-"""Name of the node set and the cell set that hold a whole body."""
+"""Name of the node set and the cell set that contain a whole body."""
 
 OPERATIONS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
     "union": np.logical_or,
@@ -33,8 +37,9 @@ OPERATIONS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
 
 @dataclass(frozen=True)
 class Members:
-    """Whether each node (n,), each facet of the surface (k,), and each cell (m,), is in a set; None
-    where a set of the mesh has no such members.
+    """Masks of the nodes (n,), facets of the surface (k,) and cells (m,) that are in a set.
+
+    A mask is None if a set of the mesh has no such members.
     """
 
     nodes: np.ndarray | None
@@ -42,7 +47,7 @@ class Members:
     cells: np.ndarray | None
 
     def describe(self) -> str:
-        """How many there are, for people."""
+        """Return the numbers of members as text."""
         counted = {"nodes": self.nodes, "facets": self.facets, "cells": self.cells}
         return " and ".join(f"{m.sum()} {kind}" for kind, m in counted.items() if m is not None)
 
@@ -91,7 +96,7 @@ def with_all(loaded: LoadedScene, body: str, mesh: Mesh) -> Mesh:
 
 
 def sets_of(mesh: Mesh) -> dict[str, Members]:
-    """The mesh's own sets, by name."""
+    """Return the mesh's own sets, by name."""
     surface = facet_keys(mesh.facet_sets[SURFACE])
     nodes = {name: mask(numbers, len(mesh.points)) for name, numbers in mesh.node_sets.items()}
     cells = {name: mask(numbers, len(mesh.cells)) for name, numbers in mesh.cell_sets.items()}
@@ -105,14 +110,14 @@ def sets_of(mesh: Mesh) -> dict[str, Members]:
 
 
 def mask(numbers: np.ndarray, count: int) -> np.ndarray:
-    """Which of `count` members have these numbers."""
+    """Return True for those of `count` members that have these numbers."""
     chosen = np.zeros(count, dtype=bool)
     chosen[numbers] = True
     return chosen
 
 
 def refuse_taken_names(loaded: LoadedScene, body: str, of_mesh: Mapping[str, Members]) -> None:
-    """A defined set has a name of its own."""
+    """Raise SceneError if a defined set has the name of a set of the mesh."""
     for name in loaded.scene.bodies[body].sets:
         if name in of_mesh:
             raise loaded.error(
@@ -125,7 +130,7 @@ def refuse_taken_names(loaded: LoadedScene, body: str, of_mesh: Mapping[str, Mem
 def order_of_definition(
     loaded: LoadedScene, body: str, of_mesh: Mapping[str, Members]
 ) -> list[str]:
-    """Names of the defined sets, each after those that it is made of."""
+    """Return the names of the defined sets, each after those of which it consists."""
     defined, keys = loaded.scene.bodies[body].sets, ("bodies", body, "sets")
     for name, data in defined.items():
         for k, part in enumerate(parts(data)):
@@ -148,7 +153,7 @@ def order_of_definition(
 
 
 def parts(data: SetDefinition) -> tuple[str, ...]:
-    """Names of the sets that a set is made of; none of a geometric one."""
+    """Return the names of the sets of which a set consists; none for a geometric one."""
     kind = first_key(type(data))
     return getattr(data, kind) if kind in OPERATIONS else ()
 
@@ -160,7 +165,7 @@ def members(
     known: Mapping[str, Members],
     keys: Keys,
 ) -> Members:
-    """Who is in a set; `known`: at least the sets that it is made of."""
+    """Return the members of a set; `known`: at least the sets of which it consists."""
     if isinstance(data, BoxSet):
         return there(mesh, in_box(loaded, mesh, data, keys))
     if isinstance(data, PlaneSet):
@@ -174,8 +179,9 @@ def members(
 
 
 def there(mesh: Mesh, nodes: np.ndarray) -> Members:
-    """A set of nodes, a mask (n,), and the facets of the surface and the cells with all corners
-    among them.
+    """Return the set of some nodes, a mask (n,).
+
+    It has the facets of the surface and the cells whose corners are all among these nodes.
     """
     facets, cells = (nodes[rows].all(axis=1) for rows in (mesh.facet_sets[SURFACE], mesh.cells))
     return Members(nodes, facets, cells)
@@ -184,13 +190,13 @@ def there(mesh: Mesh, nodes: np.ndarray) -> Members:
 def combined(
     operation: Callable[[np.ndarray, np.ndarray], np.ndarray], masks: list[np.ndarray | None]
 ) -> np.ndarray | None:
-    """Masks joined by an operation, from left to right; None where one is not there."""
+    """Return masks combined by an operation, from left to right; None if one of them is None."""
     given = [mask for mask in masks if mask is not None]
     return reduce(operation, given) if len(given) == len(masks) else None
 
 
 def in_box(loaded: LoadedScene, mesh: Mesh, data: BoxSet, keys: Keys) -> np.ndarray:
-    """Which nodes (n,) lie in a box."""
+    """Return True for the nodes (n,) that lie in a box."""
     for k, corner in enumerate(data.box):
         # A z left out is not taken for zero: such a box would be flat.
         if len(corner) != mesh.dimension:
@@ -205,7 +211,7 @@ def in_box(loaded: LoadedScene, mesh: Mesh, data: BoxSet, keys: Keys) -> np.ndar
 
 
 def beside_plane(loaded: LoadedScene, mesh: Mesh, data: PlaneSet, keys: Keys) -> np.ndarray:
-    """Which nodes (n,) lie on the side of a plane that its normal points to."""
+    """Return True for the nodes (n,) on the side of a plane to which its normal points."""
     plane, keys = data.plane, (*keys, "plane")
     point = model_vector(loaded, mesh.dimension, plane.point, (*keys, "point"))
     normal = model_vector(loaded, mesh.dimension, plane.normal, (*keys, "normal"))
@@ -214,12 +220,12 @@ def beside_plane(loaded: LoadedScene, mesh: Mesh, data: PlaneSet, keys: Keys) ->
 
 
 def extent(mesh: Mesh) -> float:
-    """Largest size [m] of a mesh along an axis."""
+    """Return the largest size [m] of a mesh along an axis."""
     return float(np.ptp(mesh.points, axis=0).max())
 
 
 def why_empty(mesh: Mesh, data: SetDefinition, known: Mapping[str, Members]) -> str:
-    """A hint: where the body is, or what the set is made of."""
+    """Return a hint on an empty set: the extent of the body, or the sizes of the sets used."""
     if parts(data):
         return "; ".join(f"{part}: {known[part].describe()}" for part in parts(data))
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)

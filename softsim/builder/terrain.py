@@ -14,17 +14,17 @@ from softsim.scene.terrain import PrintedTerrain, RampWall, SemicircleWall, Step
 from softsim.scene.tree import Keys
 
 GROUND = 0.2
-"""Length of the drawn ground before and behind a shape [m]; it goes on beyond."""
+"""Length of the drawn ground before and behind a shape [m]; the ground continues beyond."""
 
 
 def terrains(names: Names) -> list[PolylineWall]:
-    """The terrains of a scene."""
+    """Return the terrains of a scene."""
     walls = names.scene.environment.walls.items()
     return [built_terrain(names, name, w) for name, w in walls if isinstance(w, Terrain)]
 
 
 def built_terrain(names: Names, name: str, wall: Terrain) -> PolylineWall:
-    """A shape on its ground."""
+    """Return a shape on its ground."""
     keys = ("environment", "walls", name)
     shape = SHAPES[type(wall)](names, wall, keys)
     if isinstance(wall, PrintedTerrain) and wall.layers is not None:
@@ -34,7 +34,7 @@ def built_terrain(names: Names, name: str, wall: Terrain) -> PolylineWall:
 
 
 def ramp(names: Names, wall: RampWall, keys: Keys) -> np.ndarray:
-    """Points of a ramp."""
+    """Return the points of a ramp."""
     if wall.plateau < wall.height:
         raise names.loaded.error(
             (*keys, "plateau"),
@@ -46,12 +46,12 @@ def ramp(names: Names, wall: RampWall, keys: Keys) -> np.ndarray:
 
 
 def semicircle(names: Names, wall: SemicircleWall, keys: Keys) -> np.ndarray:
-    """Points of the upper half of a cylinder."""
+    """Return the points of the upper half of a cylinder."""
     return terrain.half_round(wall.radius)
 
 
 def step_field(names: Names, wall: StepFieldWall, keys: Keys) -> np.ndarray:
-    """Points of a field of steps."""
+    """Return the points of a field of steps."""
     try:
         heights = terrain.step_heights(
             wall.rugosity, 1e3 * wall.mean_height, wall.blocks, wall.seed

@@ -1,4 +1,4 @@
-"""Ties of nodes to facets: where each node lies on them, and what cannot be tied."""
+"""Ties of nodes to facets: the place of each node on its facet, and checks."""
 
 from dataclasses import replace
 
@@ -23,10 +23,10 @@ NO_WEIGHT = 1e-9
 
 
 def placed_ties(names: Names) -> tuple[Names, Ties]:
-    """The scene's bodies with tied nodes moved onto their facets, and all ties.
+    """Return the scene's bodies with tied nodes moved onto their facets, and all ties.
 
-    Raises SceneError for a node that lies too far from its facets, follows two of them, its own or
-    a node that is tied, or cannot be moved.
+    Raises SceneError for a node that is too far from its facets, follows two of them, follows
+    itself or a tied node, or cannot be moved.
     """
     tied, corners, weights, shifts = [], [], [], []
     points = np.concatenate([body.mesh.points for body in names.bodies.values()])
@@ -60,7 +60,7 @@ def placed_ties(names: Names) -> tuple[Names, Ties]:
 def moved_body(
     names: Names, name: str, body: MeshedBody, points: np.ndarray, moved: np.ndarray
 ) -> MeshedBody:
-    """A body whose nodes are moved from their `points` (n, d) [m] to `moved`."""
+    """Return a body whose nodes are moved from their `points` (n, d) [m] to `moved`."""
     nodes = slice(body.first_node, body.first_node + len(body.mesh.points))
     way = np.linalg.norm(moved[nodes] - points[nodes], axis=1)
     if not way.any():
@@ -82,7 +82,7 @@ def moved_body(
 
 
 def refuse_ring_section(names: Names, keys: Keys) -> None:
-    """Both strips of a ring section would have to be tied alike."""
+    """Raise SceneError in a ring section, where both strips would have to be tied equally."""
     if isinstance(names.geometry, RingSection):
         raise names.loaded.error(
             keys,
@@ -99,7 +99,7 @@ def refuse_far_nodes(
     places: np.ndarray,
     facets: np.ndarray,
 ) -> None:
-    """Every node (k,) lies within the tolerance of its place (k, d) [m] on the facets."""
+    """Raise SceneError if a node (k,) is farther than the tolerance from its place (k, d) [m]."""
     data = names.scene.ties[name]
     apart = points[nodes] - places
     distance = np.linalg.norm(apart, axis=1)
@@ -125,7 +125,10 @@ def refuse_far_nodes(
 def refuse_common_cells(
     names: Names, name: str, points: np.ndarray, nodes: np.ndarray, corners: np.ndarray
 ) -> None:
-    """No node (k,) has an element with a corner (k, c) that it would follow: it would hold it."""
+    """Raise SceneError if a node (k,) shares an element with a corner (k, c) that it would follow.
+
+    That would prevent the element from deforming.
+    """
     data, count = names.scene.ties[name], len(points)
     cells = np.concatenate([b.mesh.cells + b.first_node for b in names.bodies.values()])
     of_cells = members(cells, count)
@@ -142,7 +145,10 @@ def refuse_common_cells(
 
 
 def members(lists: np.ndarray, count: int) -> csr_array:
-    """Rows (k, n) that are not zero at the listed (k, m) of so many nodes."""
+    """Return a sparse matrix (k, n), nonzero in each row at the listed nodes (k, m).
+
+    count: number n of nodes.
+    """
     rows = np.repeat(np.arange(len(lists)), lists.shape[1])
     return csr_array((np.ones(rows.size), (rows, lists.ravel())), shape=(len(lists), count))
 
@@ -150,7 +156,7 @@ def members(lists: np.ndarray, count: int) -> csr_array:
 def refuse_chains(
     names: Names, points: np.ndarray, tied: list[np.ndarray], corners: list[np.ndarray]
 ) -> None:
-    """A node is tied once, and follows nodes that are not tied."""
+    """Raise SceneError if a node is tied twice, or follows nodes that are tied."""
     by = np.full(len(points), -1)
     keys = list(names.scene.ties)
     for number, nodes in enumerate(tied):
@@ -176,8 +182,10 @@ def refuse_chains(
 def refuse_held_nodes(
     names: Names, ties: Ties, points: np.ndarray, fixed: np.ndarray, held: np.ndarray
 ) -> None:
-    """A tied node is not held: neither prescribed nor tied to a rigid body, and fixed (n, d) only
-    where all that it follows is, as on a plane of symmetry; held (n, d): by anything.
+    """Raise SceneError if a tied node is prescribed, tied to a rigid body or fixed (n, d).
+
+    It may be fixed only where all nodes that it follows are, as on a plane of symmetry. held (n,
+    d): held in any way.
     """
     carries = (ties.weights > NO_WEIGHT)[:, :, None]
     alike = np.where(carries, fixed[ties.corners], True).all(axis=1)
@@ -195,7 +203,7 @@ def refuse_held_nodes(
 
 
 def tie_of(names: Names, node: int) -> str:
-    """The name of the tie of a node."""
+    """Return the name of the tie of a node."""
     return next(
         name
         for name, data in names.scene.ties.items()

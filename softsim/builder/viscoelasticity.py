@@ -20,8 +20,9 @@ SPECTRA: Mapping[str, Callable[[Any, float], Spectrum]] = {
 
 
 def viscoelasticity(data: Material) -> tuple[MaxwellSeries, MaxwellFit | None]:
-    """The branches of a material, and how well they meet its spectrum, if it has one: without one
-    they are those of its Prony series.
+    """Return the Maxwell branches of a material, and their fit to its spectrum or None.
+
+    Without a spectrum they are those of its Prony series.
 
     Raises
     ------
@@ -36,8 +37,10 @@ def viscoelasticity(data: Material) -> tuple[MaxwellSeries, MaxwellFit | None]:
 
 @lru_cache
 def fitted(data: spectra.Spectrum, mu0: float) -> MaxwellFit:
-    """The fit to a scene's spectrum, mu0 [Pa] being the law's shear modulus at rest; kept, as it
-    takes a third of a second and the cases of a study build the same material again.
+    """Return the fit to a scene's spectrum; mu0 [Pa] is the law's shear modulus at rest.
+
+    It is stored, because it takes a third of a second and the cases of a study build the same
+    material again.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Convex corners of walls against the facets of bodies, in the plane: how stiff they are."""
+"""Contact data of convex wall corners against the facets of bodies, in the plane."""
 
 from collections.abc import Sequence
 
@@ -11,17 +11,18 @@ from softsim.mesh.mesh import SURFACE
 from softsim.model import Body, ContactData, CornerData
 
 LEAST_SHARE = 0.125
-"""Of a node's stiffness, that a corner has at least, however many there are."""
+"""Least stiffness of a corner relative to that of a node, however many corners there are."""
 
 
 def corner_data(
     bodies: Sequence[Body], points: np.ndarray, walls: Sequence[Wall], contact: ContactData
 ) -> CornerData | None:
-    """What the corners of the walls have, or None where they have none.
+    """Return the contact data of the corners of the walls, or None if they have none.
 
-    A corner is as stiff, and as damped, as the softest and the lightest of the facets' nodes (of
-    those at (n, d) [m]): two of them bear it, or one. Less where corners are so close that several
-    press between the same two nodes: together they are as stiff, down to LEAST_SHARE.
+    A corner has the stiffness and damping of the softest and the lightest of the facets' nodes (of
+    those at (n, d) [m]), since one or two of them bear it. The values are lower where corners are
+    so close that several press between the same two nodes: together they are as stiff as one, down
+    to LEAST_SHARE.
     """
     nearest = [distance_between(wall.corners()) for wall in walls if len(wall.corners())]
     if not nearest:
@@ -34,7 +35,7 @@ def corner_data(
     bears = np.isin(contact.nodes, facets)
 
     def least(constants: np.ndarray) -> float:
-        """Of the facets' nodes, of all that touch walls."""
+        """Return the smallest constant of those nodes of the facets that may touch walls."""
         return float(constants[bears].min())
 
     return CornerData(
@@ -49,7 +50,7 @@ def corner_data(
 
 
 def distance_between(corners: np.ndarray) -> float:
-    """The least distance [m] of two of the corners (c, 2); infinite for one."""
+    """Return the least distance [m] between two of the corners (c, 2); infinite for one."""
     if len(corners) < 2:
         return np.inf
     distance, _ = cKDTree(corners).query(corners, 2)

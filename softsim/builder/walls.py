@@ -1,4 +1,4 @@
-"""Walls of a scene, which of them move, and bodies that start inside them."""
+"""Walls of a scene: construction, motion, and checks for bodies that start inside them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -44,7 +44,7 @@ CLOSING = 0.5
 
 
 def walls(names: Names) -> tuple[Wall, ...]:
-    """All walls of the scene; those of a kind that kernels take together are one."""
+    """Return all walls of the scene; those of a kind that kernels treat together are one."""
     motions = wall_motions(names)
     found = (
         *flat_walls(names, motions), *round_pipes(names, motions), *spheres(names),
@@ -55,7 +55,7 @@ def walls(names: Names) -> tuple[Wall, ...]:
 
 
 def wall_motions(names: Names) -> dict[str, str]:
-    """Name of the wall -> key of the condition that moves it."""
+    """Return the key of the condition that moves each moving wall, by the name of the wall."""
     moved: dict[str, str] = {}
     for key, condition in names.scene.conditions.items():
         if not isinstance(condition, WallMotion):
@@ -76,7 +76,7 @@ def wall_motions(names: Names) -> dict[str, str]:
 
 
 def moving(names: Names, wall: Wall, motions: Mapping[str, str]) -> Wall:
-    """The wall, moved as its condition says, if it has one."""
+    """Return the wall, moved by its condition, if it has one."""
     name = wall_of(wall.names[0])
     if name not in motions:
         return wall
@@ -101,18 +101,18 @@ def moving(names: Names, wall: Wall, motions: Mapping[str, str]) -> Wall:
 
 
 def wall_of(surface: str) -> str:
-    """Name in the scene of the wall that a surface belongs to."""
+    """Return the name in the scene of the wall to which a surface belongs."""
     return surface.partition(".")[0]
 
 
 def together(found: Sequence[str], motions: Mapping[str, str]) -> list[list[str]]:
-    """Walls of a kind that are taken together: all that stand still, each that moves."""
+    """Return groups of walls that kernels treat together: all fixed ones, and each moving one."""
     standing = [name for name in found if name not in motions]
     return [group for group in (standing, *([n] for n in found if n in motions)) if group]
 
 
 def flat_walls(names: Names, motions: Mapping[str, str]) -> list[HalfSpaces]:
-    """Planes, and in a section both sides of straight pipes."""
+    """Return planes and, in a section, both sides of straight pipes."""
     flat: dict[str, list[tuple[str, np.ndarray, np.ndarray]]] = {}
     for name, wall in names.scene.environment.walls.items():
         keys = ("environment", "walls", name)
@@ -130,7 +130,7 @@ def flat_walls(names: Names, motions: Mapping[str, str]) -> list[HalfSpaces]:
 
 
 def pipe_sides(names: Names, wall: PipeWall) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Sides of a straight pipe in a section: what they add to its name, a point, the normal."""
+    """Return the sides of a straight pipe in a section: suffix of the name, a point, the normal."""
     if isinstance(names.geometry, Axisymmetric):
         return [("", np.array([0.5 * wall.diameter, 0.0]), np.array([-1.0, 0.0]))]
     return [
@@ -144,7 +144,7 @@ def pipe_sides(names: Names, wall: PipeWall) -> list[tuple[str, np.ndarray, np.n
 
 
 def round_pipes(names: Names, motions: Mapping[str, str]) -> list[RoundPipes]:
-    """Straight pipes in space."""
+    """Return straight pipes in space."""
     found = {
         name: wall
         for name, wall in names.scene.environment.walls.items()
@@ -162,7 +162,7 @@ def round_pipes(names: Names, motions: Mapping[str, str]) -> list[RoundPipes]:
 
 
 def spheres(names: Names) -> list[Sphere]:
-    """Balls."""
+    """Return spherical walls."""
     found = []
     for name, wall in names.scene.environment.walls.items():
         if isinstance(wall, SphereWall):
@@ -171,7 +171,7 @@ def spheres(names: Names) -> list[Sphere]:
 
 
 def cylinders(names: Names) -> list[Cylinder]:
-    """Capped cylinders."""
+    """Return capped cylinders."""
     found = []
     for name, wall in names.scene.environment.walls.items():
         if isinstance(wall, CylinderWall):
@@ -185,7 +185,7 @@ def cylinders(names: Names) -> list[Cylinder]:
 
 
 def centre_of(names: Names, name: str, wall: SphereWall | CylinderWall) -> np.ndarray:
-    """Centre (d,) [m] of a wall that lies on the axis of an axisymmetric model."""
+    """Return the centre (d,) [m] of a wall that lies on the axis of an axisymmetric model."""
     keys = ("environment", "walls", name, "center")
     centre = names.vector(wall.center, keys)
     if isinstance(names.geometry, Axisymmetric) and centre[0] != 0.0:
@@ -243,7 +243,7 @@ def _fitted(wall: Wall, wanted: frozenset[str], places: np.ndarray, settle: floa
 
 
 def refuse_penetration(names: Names, walls: Sequence[Wall], places: np.ndarray) -> None:
-    """Nothing that may touch a wall, at places (n, d), starts inside it."""
+    """Raise SceneError if a point that may touch a wall, at places (n, d), starts inside it."""
     for wall in walls:
         for surface, gap in wall.gaps(places).items():
             if gap.min() < -ALLOWED_PENETRATION:
@@ -253,13 +253,13 @@ def refuse_penetration(names: Names, walls: Sequence[Wall], places: np.ndarray) 
 
 
 def plain_overlap(key: str, names: Names, name: str, wall: Wall, places: np.ndarray) -> SceneError:
-    """What is wrong where places (n, d) start in the wall `name`, told at one of its keys."""
+    """Return the error, at a key of the wall `name`, for places (n, d) that start inside it."""
     problem = how_deep(name, wall, places)
     return names.loaded.error(("environment", "walls", name, key), problem, APART.format(name))
 
 
 def pipe_overlap(names: Names, name: str, wall: Wall, places: np.ndarray) -> SceneError:
-    """What is wrong where places (n, d) start inside the wall of the straight pipe `name`."""
+    """Return the error for places (n, d) that start inside the wall of the straight pipe `name`."""
     keys = ("environment", "walls", name, "diameter")
     pipe = names.scene.environment.walls[name]
     assert isinstance(pipe, PipeWall)
@@ -271,7 +271,7 @@ def pipe_overlap(names: Names, name: str, wall: Wall, places: np.ndarray) -> Sce
 
 
 def how_deep(name: str, wall: Wall, places: np.ndarray) -> str:
-    """Where and how far places (n, d) are inside a wall."""
+    """Return text on where and how far places (n, d) are inside a wall."""
     gap = least_gap(name, wall, places)
     worst = int(np.argmin(gap))
     return (
@@ -281,7 +281,7 @@ def how_deep(name: str, wall: Wall, places: np.ndarray) -> str:
 
 
 def least_gap(name: str, wall: Wall, places: np.ndarray) -> np.ndarray:
-    """Gap (n,) [m] of places (n, d) to the nearest of the surfaces of the wall `name`."""
+    """Return the gap (n,) [m] of places (n, d) to the nearest surface of the wall `name`."""
     gaps = wall.gaps(places).items()
     return np.min([gap for surface, gap in gaps if wall_of(surface) == name], axis=0)
 
