@@ -1,24 +1,23 @@
-"""A robot as a chain of masses on springs: the analytical model of Leafbot (Nguyen's thesis, 5.1).
+"""Robot as a chain of masses on springs: the analytical model of Leafbot (Nguyen's thesis, 5.1).
 
-To be read in this order:
+Modules in reading order:
 
-    schema       what a chain's file says
-    vectors      of the plane or of space
-    lattice      which nodes links join: of one line in the plane, of two side by side in space;
-                 where nodes look
-    backbone     links of constant length that bend: bending moments, constraints, the wave's pull
-    ground       limbs as springs that push, and what damps and rubs
-    motor        the forces of eccentric masses
+    schema       scene of a chain
+    vectors      vectors in the plane or in space
+    lattice      nodes and links: one line in the plane, or two side by side in space; headings
+    backbone     links of constant length: bending moments, constraints, force of the wave
+    ground       limbs as springs, damping and friction
+    motor        forces of eccentric masses
     chain        all of these together: accelerations and energies
     loading      a chain from a file or by name
-    refusals     what a file may not say
-    building     what a file says, as a chain
-    integrators  steps through time
-    motion       what a run finds: energies, measures
-    track        where two motors steer to
+    refusals     checks of a scene
+    building     construction of a chain from its scene
+    integrators  time integration
+    motion       motion of a chain: energies, measures
+    track        path of a chain with two motors
     running      from the file to the folder of results
 
 x runs forward along the ground, y to the left, z up, zero where the limbs just touch. A chain in
-the plane has x and z; nothing but its lattice knows in how many dimensions it moves. Nodes are
-counted from the front, those of the left line first. Nothing here imports Taichi.
+the plane has x and z; only its lattice depends on the number of dimensions. Nodes are numbered from
+the front, those of the left line first. The package does not import Taichi.
 """

@@ -1,4 +1,4 @@
-"""The backbone: links of constant length between nodes, which resist bending."""
+"""Backbone of a chain: links of constant length between nodes, with bending stiffness."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,10 +13,10 @@ from softsim.errors import StabilityError
 
 @dataclass(frozen=True, eq=False)
 class Links:
-    """Massless links between nodes, of which lengths are kept.
+    """Massless links between nodes with constraints on their lengths.
 
-    lattice: what joins which. inverse_masses: of the nodes, (n,) [1/kg]. rate: alpha [1/s], at
-    which errors of the lengths die out.
+    lattice: nodes and links. inverse_masses: of the nodes, (n,) [1/kg]. rate: alpha [1/s], at which
+    errors of the lengths decay.
     """
 
     lattice: Lattice
@@ -25,23 +25,25 @@ class Links:
 
     @cached_property
     def mobility(self) -> np.ndarray:
-        """D M^-1 D^T, D the incidence of the bars: of two that share a node (b, b) [1/kg]."""
+        """D M^-1 D^T (b, b) [1/kg] with the incidence D of the bars."""
         bars = self.lattice.bars
         return (bars * self.inverse_masses) @ bars.T
 
     def accelerations(self, forces: np.ndarray, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Of the nodes at p, moving with v, under forces besides those in the links; all (n, d).
+        """Return the accelerations of nodes at p with velocities v under forces; all (n, d).
 
-        Lagrange's equations with a multiplier for each length that is kept, m a = F + C^T lambda,
-        and Baumgarte's stabilisation of R = S l - L (Baumgarte 1972; thesis 5.11 to 5.18):
+        The forces are those besides the links' own. Lagrange's equations have a multiplier for each
+        constrained length, m a = F + C^T lambda, with Baumgarte's stabilisation of R = S l - L
+        (Baumgarte 1972; thesis 5.11 to 5.18):
 
             R'' + 2 alpha R' + alpha^2 R = 0,   l' = u.w,   l'' = u.w' + (|w|^2 - (u.w)^2) / l
 
-        with u along a bar, w the relative velocity of its ends, S which lengths are kept,
-        C = S u D. With these accelerations they are equations for lambda, of matrix C M^-1 C^T, in
-        which u D M^-1 D^T u^T is the mobility times the cosine of the angle between two bars.
+        with u along a bar, w the relative velocity of its ends, S the constrained combinations of
+        lengths, C = S u D. These accelerations give equations for lambda with the matrix
+        C M^-1 C^T, where u D M^-1 D^T u^T is the mobility times the cosine of the angle between two
+        bars.
 
-        Raises StabilityError where they have no solution.
+        Raises StabilityError if they have no solution.
         """
         bars, kept = self.lattice.bars, self.lattice.kept
         bar, w = bars @ p, bars @ v
@@ -64,13 +66,15 @@ class Links:
         return free + (bars.T @ (tension[:, None] * u)) * self.inverse_masses[:, None]
 
     def errors(self, p: np.ndarray) -> np.ndarray:
-        """R, by how much lengths are too long (..., c) [m]."""
+        """Return R, the errors of the constrained lengths (..., c) [m]."""
         return size(self.lattice.bars @ p) @ self.lattice.kept.T - self.lattice.lengths
 
 
 @dataclass(frozen=True)
 class Tilt:
-    """Each link resists its tilt psi against the ground, U = sum k psi^2 / 2 (thesis 5.4).
+    """Bending stiffness against the tilt psi of each link from the ground.
+
+    U = sum k psi^2 / 2 (thesis 5.4).
 
     stiffness: k [N m/rad].
     """
@@ -78,7 +82,7 @@ class Tilt:
     stiffness: float
 
     def pulls(self, d: np.ndarray, joints: np.ndarray) -> np.ndarray:
-        """-dU/dd of links d (..., a, dim) [N]: a couple, across each link in its upright plane."""
+        """Return -dU/dd of links d (..., a, dim) [N], a couple in the vertical plane of a link."""
         along, up = d[..., :-1], d[..., -1]
         level = size(along)
         moment = -self.stiffness * np.arctan2(up, level)
@@ -88,15 +92,16 @@ class Tilt:
         return pulls / dot(d, d)[..., None]
 
     def energy(self, d: np.ndarray, joints: np.ndarray) -> np.ndarray:
-        """(...) [J]."""
+        """Return the stored energy (...) [J]."""
         tilt = np.arctan2(d[..., -1], size(d[..., :-1]))
         return 0.5 * self.stiffness * (tilt**2).sum(axis=-1)
 
 
 @dataclass(frozen=True)
 class Joint:
-    """Each joint resists the angle theta between its links, U = sum k theta^2 / 2, as a body does
-    that bends: it does not know where the ground is.
+    """Bending stiffness against the angle theta between the links of each joint.
+
+    U = sum k theta^2 / 2, which does not depend on the direction of the ground.
 
     stiffness: k [N m/rad].
     """
@@ -104,7 +109,7 @@ class Joint:
     stiffness: float
 
     def pulls(self, d: np.ndarray, joints: np.ndarray) -> np.ndarray:
-        """-dU/dd of links d (..., a, dim) [N]: k theta towards the other link's direction."""
+        """Return -dU/dd of links d (..., a, dim) [N]: k theta / |d| towards the other link."""
         length = size(d)[..., None]
         u = d / length
         pulls = np.zeros(d.shape)
@@ -116,14 +121,14 @@ class Joint:
         return pulls
 
     def energy(self, d: np.ndarray, joints: np.ndarray) -> np.ndarray:
-        """(...) [J]."""
+        """Return the stored energy (...) [J]."""
         u = d / size(d)[..., None]
         _, angle = _between(u[..., joints[:, 0], :], u[..., joints[:, 1], :])
         return 0.5 * self.stiffness * (angle**2).sum(axis=-1)
 
 
 def _between(u: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of two unit vectors: what the other has across u (..., j, dim); the angle (..., j)."""
+    """Return the part of `other` normal to u (..., j, dim), and the angle between both (..., j)."""
     cosine = dot(u, other)
     across = other - cosine[..., None] * u
     return across, np.arctan2(size(across), cosine)
@@ -135,29 +140,31 @@ BENDINGS: dict[str, type[Bending]] = {"tilt": Tilt, "joint": Joint}
 
 @dataclass(frozen=True, eq=False)
 class BendingForce:
-    """What bending does to the nodes: -dU/dp, a couple at the ends of each link along the chain.
+    """Nodal forces of bending, -dU/dp, a couple at the ends of each link along the chain.
 
-    As the energy says it; the thesis's 5.19 and 5.20 print the couple with the opposite sign, which
-    would drive links away from where their energy is least.
+    The sign follows from the energy; 5.19 and 5.20 of the thesis print the couple with the opposite
+    sign, which would drive links away from the minimum of their energy.
     """
 
     bending: Bending
     lattice: Lattice
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n, dim) [N]."""
+        """Return the force on each node (..., n, dim) [N]."""
         along = self.lattice.along
         return along.T @ self.bending.pulls(along @ p, self.lattice.joints)
 
     def energy(self, p: np.ndarray) -> np.ndarray:
-        """(...) [J]."""
+        """Return the stored energy (...) [J]."""
         return self.bending.energy(self.lattice.along @ p, self.lattice.joints)
 
 
 @dataclass(frozen=True, eq=False)
 class WaveForce:
-    """A wave along the backbone pulls each node up where the one in front is higher, T sin(psi)
-    (thesis 5.24). The thesis has no reaction on the node in front: momentum is not kept.
+    """Upward force T sin(psi) of a wave along the backbone on the node behind each link.
+
+    psi is the tilt of the link (thesis 5.24). The thesis has no reaction on the node in front, so
+    that momentum is not conserved.
 
     tension: T [N].
     """
@@ -167,11 +174,11 @@ class WaveForce:
 
     @cached_property
     def behind(self) -> np.ndarray:
-        """Which node is behind each link (n, a)."""
+        """Matrix (n, a) that is 1 for the node behind each link, else 0."""
         return np.maximum(-self.lattice.along.T, 0.0)
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n, dim) [N]."""
+        """Return the force on each node (..., n, dim) [N]."""
         d = self.lattice.along @ p
         sines = d[..., -1] / size(d)
         return upwards(self.tension * (sines @ self.behind.T), p)

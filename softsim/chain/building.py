@@ -1,4 +1,4 @@
-"""What a chain's file says, as a chain: the numbers of its nodes."""
+"""Construction of a chain from its scene."""
 
 import math
 from collections.abc import Sequence
@@ -24,12 +24,13 @@ from softsim.scene.chain import ChainScene
 
 
 def build_chain(loaded: LoadedChain) -> Chain:
-    """The chain of a file.
+    """Return the chain of a validated scene.
 
     Raises
     ------
-    SceneError: rows that do not fit, a head without a place, nodes lighter than their silicone, too
-    long a step.
+    SceneError
+        Rows do not fit, the head has no place, nodes are lighter than their silicone, or the step
+        is too long.
     """
     refuse_rows(loaded)
     refuse_masses(loaded)
@@ -67,19 +68,19 @@ def build_chain(loaded: LoadedChain) -> Chain:
 
 
 def _of_lines(s: ChainScene, values: Sequence[float]) -> np.ndarray:
-    """A value of each line, at all nodes (n,)."""
+    """Return the values of the lines at all nodes (n,)."""
     return np.repeat(values, s.node_count)
 
 
 def _is_head(s: ChainScene) -> np.ndarray:
-    """Which node of a line carries the motor (n,)."""
+    """Return an array (n,) that is True for the node of a line with the motor."""
     last = s.node_count - 1
     at = {"front": 0, "middle": last // 2, "rear": last}[s.motor.place]
     return np.arange(s.node_count) == at
 
 
 def _lattice(s: ChainScene) -> Lattice:
-    """The head stands in the middle of its rows."""
+    """Return the lattice of nodes, with the head in the middle of its rows."""
     head = _is_head(s)
     gaps = np.where(head[:-1] | head[1:], 0.5 * (s.rows.under_head + 1), 1.0) * s.rows.pitch
     return line(gaps) if s.sides is None else ladder(gaps, s.sides.distance)

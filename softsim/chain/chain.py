@@ -1,4 +1,4 @@
-"""A chain: its nodes, links and all that acts on them."""
+"""Chain of nodes and links, with the forces on it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -13,28 +13,27 @@ from softsim.chain.vectors import dot
 
 
 class Force(Protocol):
-    """Acts on nodes at time t [s], which are at p [m] and move with v [m/s], (..., n, d) each."""
+    """Force on nodes at time t [s], positions p [m] and velocities v [m/s], (..., n, d) each."""
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Force on each node (..., n, d) [N]."""
+        """Return the force on each node (..., n, d) [N]."""
         ...
 
 
 class Conservative(Force, Protocol):
-    """A force that stores energy, and gives all of it back."""
+    """Conservative force, which has an energy."""
 
     def energy(self, p: np.ndarray) -> np.ndarray:
-        """What it stores (...) [J]."""
+        """Return the stored energy (...) [J]."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """Nodes from the front to the rear, of one line or of two.
+    """Chain with one or two lines of nodes, each from the front to the rear.
 
-    masses: (n,) [kg]. heads: those that carry motors. links: between them. stores: forces with an
-    energy, by name. motors: on the heads. others: the rest, which do work on the chain or take it
-    away.
+    masses: of the nodes (n,) [kg]. heads: numbers of the nodes with motors. links: between nodes.
+    stores: conservative forces, by name. motors: on the heads. others: all other forces, by name.
     """
 
     masses: np.ndarray
@@ -46,16 +45,16 @@ class Chain:
 
     @property
     def node_count(self) -> int:
-        """n."""
+        """Number of nodes n."""
         return len(self.masses)
 
     def driven_at(self, frequency: float) -> "Chain":
-        """The chain with its motors at another frequency [Hz]."""
+        """Return the chain with its motors at another frequency [Hz]."""
         return replace(self, motors=self.motors.at(frequency))
 
     @cached_property
     def workers(self) -> dict[str, Force]:
-        """The motors and the others, by name."""
+        """All forces without an energy by name: the motors and the others."""
         return {"motor": self.motors, **self.others}
 
     @cached_property
@@ -63,14 +62,15 @@ class Chain:
         return [*self.stores.values(), *self.workers.values()]
 
     def at_rest(self) -> np.ndarray:
-        """The state, places and velocities (2, n, d), in which all limbs just touch the ground and
-        the front is at x = 0.
+        """Return the initial state, positions and velocities (2, n, d) [m, m/s].
+
+        All limbs just touch the ground, and the front is at x = 0.
         """
         places = self.links.lattice.places
         return np.stack([places, np.zeros_like(places)])
 
     def rates(self, t: float, state: np.ndarray) -> np.ndarray:
-        """How places and velocities (2, n, d) change in time."""
+        """Return the time derivatives of positions and velocities (2, n, d) [m/s, m/s^2]."""
         p, v = state
         forces = np.zeros_like(p)
         for force in self._forces:
@@ -78,9 +78,9 @@ class Chain:
         return np.array([v, self.links.accelerations(forces, p, v)])
 
     def kinetic_energy(self, v: np.ndarray) -> np.ndarray:
-        """(...) [J]."""
+        """Return the kinetic energy (...) [J]."""
         return 0.5 * (dot(v, v) @ self.masses)
 
     def power(self, name: str, t: np.ndarray, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """What one of the workers does (...) [W]."""
+        """Return the power (...) [W] of one of the workers, by name."""
         return dot(self.workers[name].on_nodes(t, p, v), v).sum(axis=-1)

@@ -1,4 +1,4 @@
-"""What the ground does: limbs push, damp, rub and drive."""
+"""Forces of the ground on a chain: weight, limbs, thrust, damping and friction."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from softsim.chain.lattice import Lattice
 from softsim.chain.vectors import level, size, upwards
 
 LEAST_RATIO = 1e-100
-"""Of a speed to that at which friction is full: below it tanh(r) / r is 1."""
+"""Least ratio r of a speed to that of full friction: below it tanh(r) / r is 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,8 +22,9 @@ class Weight:
     slope: float
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n, d) [N]: m g (-sin, -cos). It acts in contact too, where the thesis's 5.6 takes
-        it away and its 5.20 does not.
+        """Return the force on each node (..., n, d) [N], m g (-sin, -cos).
+
+        It acts in contact too, as in 5.20 of the thesis, but not in its 5.6.
         """
         forces = np.zeros(p.shape)
         forces[..., 0] = -np.sin(self.slope) * self.weights
@@ -31,14 +32,14 @@ class Weight:
         return forces
 
     def energy(self, p: np.ndarray) -> np.ndarray:
-        """(...) [J]."""
+        """Return the stored energy (...) [J]."""
         height = np.sin(self.slope) * p[..., 0] + np.cos(self.slope) * p[..., -1]
         return height @ self.weights
 
 
 @dataclass(frozen=True, eq=False)
 class Limbs:
-    """Springs below the nodes, which push where z < 0 and never pull (thesis 5.5).
+    """Springs below the nodes, which push if z < 0 and never pull (thesis 5.5).
 
     stiffnesses: n_i k_z, of all limbs of a node together, (n,) [N/m].
     """
@@ -46,23 +47,23 @@ class Limbs:
     stiffnesses: np.ndarray
 
     def pressing(self, p: np.ndarray) -> np.ndarray:
-        """The force of the springs (..., n) [N]."""
+        """Return the force of the springs (..., n) [N]."""
         return self.stiffnesses * np.maximum(-p[..., -1], 0.0)
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n, d) [N]."""
+        """Return the force on each node (..., n, d) [N]."""
         return upwards(self.pressing(p), p)
 
     def energy(self, p: np.ndarray) -> np.ndarray:
-        """(...) [J]."""
+        """Return the stored energy (...) [J]."""
         return 0.5 * (np.minimum(p[..., -1], 0.0) ** 2 @ self.stiffnesses)
 
 
 @dataclass(frozen=True, eq=False)
 class Thrust:
-    """A pressed limb, which leans, also pushes forward (thesis 5.22, Fig 3.5).
+    """Forward force of the inclined limbs under pressure (thesis 5.22, Fig 3.5).
 
-    ratios: forward force over pressing force (n,): one half in the thesis, of the head alone.
+    ratios: forward force over pressing force (n,); in the thesis one half at the head, else 0.
     """
 
     limbs: Limbs
@@ -70,13 +71,13 @@ class Thrust:
     lattice: Lattice
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n, d) [N]."""
+        """Return the force on each node (..., n, d) [N]."""
         return (self.ratios * self.limbs.pressing(p))[..., None] * self.lattice.headings(p)
 
 
 @dataclass(frozen=True)
 class Damper:
-    """-b z' on each node, wherever it is (thesis 5.20).
+    """Damping force -b z' on each node at any height (thesis 5.20).
 
     coefficient: b [N s/m].
     """
@@ -84,16 +85,16 @@ class Damper:
     coefficient: float
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n, d) [N]."""
+        """Return the force on each node (..., n, d) [N]."""
         return upwards(-self.coefficient * v[..., -1], v)
 
 
 @dataclass(frozen=True)
 class ContactDamper(Damper):
-    """-b z' on nodes that touch the ground (thesis, text of Fig 5.7)."""
+    """Damping force -b z' on nodes that touch the ground (thesis, text of Fig 5.7)."""
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n, d) [N]."""
+        """Return the force on each node (..., n, d) [N]."""
         return super().on_nodes(t, p, v) * touching(p)[..., None]
 
 
@@ -102,7 +103,7 @@ DAMPERS = {"always": Damper, "contact": ContactDamper}
 
 @dataclass(frozen=True, eq=False)
 class Drag:
-    """-b times the velocity along the ground (thesis 5.19, of the head alone).
+    """Drag -b times the velocity along the ground (thesis 5.19, there of the head alone).
 
     coefficients: b of the nodes (n,) [N s/m].
     """
@@ -110,15 +111,15 @@ class Drag:
     coefficients: np.ndarray
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n, d) [N]."""
+        """Return the force on each node (..., n, d) [N]."""
         return -self.coefficients[:, None] * level(v)
 
 
 @dataclass(frozen=True, eq=False)
 class WeightFriction:
-    """Coulomb's friction on nodes that touch, of their weight, mu m g cos(slope).
+    """Coulomb friction mu m g cos(slope) of the weight of nodes that touch the ground.
 
-    The thesis's 5.21 has the size, mu m g, and no direction: it must be against the motion.
+    5.21 of the thesis gives the magnitude mu m g without a direction; it is against the motion.
     limits: mu m g cos(slope) of the nodes, (n,) [N]. full_speed: v0 [m/s].
     """
 
@@ -126,13 +127,13 @@ class WeightFriction:
     full_speed: float
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n, d) [N]."""
+        """Return the force on each node (..., n, d) [N]."""
         return (self.limits * touching(p))[..., None] * against(v, self.full_speed)
 
 
 @dataclass(frozen=True, eq=False)
 class NormalFriction:
-    """Coulomb's friction of what presses on the ground, mu N against the motion, N of the springs.
+    """Coulomb friction mu N against the motion, with the normal force N of the springs.
 
     coefficients: mu of the nodes (n,). full_speed: v0 [m/s].
     """
@@ -142,14 +143,15 @@ class NormalFriction:
     full_speed: float
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n, d) [N]."""
+        """Return the force on each node (..., n, d) [N]."""
         pressing = self.coefficients * self.limbs.pressing(p)
         return pressing[..., None] * against(v, self.full_speed)
 
 
 def against(v: np.ndarray, full_speed: float) -> np.ndarray:
-    """-tanh(|v| / v0) v / |v|, v the velocity along the ground (..., n, d): Coulomb's direction
-    where nodes slide, made smooth about rest; in the plane -tanh(v / v0).
+    """Return -tanh(|v| / v0) v / |v| (..., n, d) of the velocity v along the ground.
+
+    This is the direction of Coulomb friction, smoothed near rest; in the plane -tanh(v / v0).
     """
     sliding = level(v) / full_speed
     ratio = np.maximum(size(sliding), LEAST_RATIO)
@@ -157,5 +159,5 @@ def against(v: np.ndarray, full_speed: float) -> np.ndarray:
 
 
 def touching(p: np.ndarray) -> np.ndarray:
-    """Which nodes touch the ground (..., n)."""
+    """Return an array (..., n) that is True for nodes that touch the ground."""
     return p[..., -1] <= 0.0

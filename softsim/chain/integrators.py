@@ -1,4 +1,4 @@
-"""Steps through time, of y' = rates(t, y)."""
+"""Time integration of y' = rates(t, y)."""
 
 from collections.abc import Callable
 
@@ -10,20 +10,22 @@ from softsim.errors import StabilityError
 Rates = Callable[[float, np.ndarray], np.ndarray]
 
 REAL_STABILITY = 2.78
-"""Largest increment times rate of decay at which the method of Runge and Kutta is stable (Hairer,
+"""Largest increment times decay rate for which the classical Runge-Kutta method is stable (Hairer,
 Wanner, *Solving Ordinary Differential Equations II*, IV.2)."""
 
 RELATIVE, ABSOLUTE = 1e-6, 1e-9
-"""Error of an adaptive step: as a share, and [m, m/s]."""
+"""Relative [-] and absolute [m, m/s] error of an adaptive step."""
 
 
 def fixed_steps(rates: Rates, times: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """States (steps + 1, ...) at evenly spaced times, by the classical method of Runge and Kutta:
-    of order 4 between contacts, of order 1 across them, where forces jump.
+    """Return the states (steps + 1, ...) at evenly spaced times by the Runge-Kutta method RK4.
+
+    The order is 4 between changes of contact, and 1 across them, where forces jump.
 
     Raises
     ------
-    StabilityError: the states grow beyond all numbers.
+    StabilityError
+        The states become infinite.
     """
     states = np.empty((len(times), *start.shape), start.dtype)
     states[0] = y = start
@@ -45,12 +47,14 @@ def fixed_steps(rates: Rates, times: np.ndarray, start: np.ndarray) -> np.ndarra
 
 
 def adaptive_steps(rates: Rates, times: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """States (rows, ...) at some times, by Dormand and Prince's pair of order 5 and 4, which is
-    MATLAB's ode45 and so the thesis's.
+    """Return the states (rows, ...) at some times by the Dormand-Prince pair of order 5 and 4.
+
+    This is the method of MATLAB's ode45, which the thesis uses.
 
     Raises
     ------
-    StabilityError: the step shrinks to nothing.
+    StabilityError
+        The step becomes too small.
     """
 
     def flat(t: float, y: np.ndarray) -> np.ndarray:

@@ -1,8 +1,8 @@
-"""Which nodes links join: those of one line, or of two lines side by side.
+"""Nodes and links of a chain with one line of nodes, or two lines side by side.
 
-A set of links is its incidence matrix (links, nodes): 1 at the node in front, -1 at that behind, so
-that `incidence @ p` are the links, and `incidence.T @ f` the forces on the nodes of links that pull
-with f.
+A set of links is given by its incidence matrix (links, nodes): 1 at the node in front, -1 at that
+behind. `incidence @ p` are the link vectors, and `incidence.T @ f` the nodal forces of link
+forces f.
 """
 
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ from softsim.chain.vectors import level, size
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Nodes at rest, in the plane or in space, and what joins them.
+    """Nodes at rest, in the plane or in space, and the links between them.
 
     places: (n, d) [m]. along: incidence of the links from head to rear, (a, n). joints: pairs of
-    such links that follow each other, (j, 2). bars: incidence of all links of which lengths are
-    kept, (b, n). kept: which combinations of the bars' lengths are, (c, b); lengths: what they are
-    (c,) [m]. chords: (n, n), for each node from the one behind it to the one in front.
+    consecutive links of these, (j, 2). bars: incidence of all links with constrained lengths,
+    (b, n). kept: constrained combinations of the bars' lengths, (c, b); lengths: their values (c,)
+    [m]. chords: (n, n), for each node the vector from the node behind it to the one in front.
     """
 
     places: np.ndarray
@@ -32,15 +32,17 @@ class Lattice:
     chords: np.ndarray
 
     def headings(self, p: np.ndarray) -> np.ndarray:
-        """Unit vectors along the ground (..., n, d), with the nodes at p (..., n, d) [m]: from the
-        node behind each to the one in front, on its side; in the plane always x.
+        """Return the forward unit vector along the ground of each node at p (..., n, d) [m].
+
+        It points from the node behind to the one in front on the same side (..., n, d); in the
+        plane it is always x.
         """
         ahead = level(self.chords @ p)
         return ahead / size(ahead)[..., None]
 
 
 def line(gaps: np.ndarray) -> Lattice:
-    """Nodes in the plane, (x, z), at gaps (n - 1,) [m] from each other, the first at x = 0."""
+    """Return nodes in the plane (x, z) with gaps (n - 1,) [m] between them, the first at x = 0."""
     count = len(gaps) + 1
     places = np.zeros((count, 2))
     places[1:, 0] = -np.cumsum(gaps)
@@ -50,11 +52,12 @@ def line(gaps: np.ndarray) -> Lattice:
 
 
 def ladder(gaps: np.ndarray, distance: float) -> Lattice:
-    """Two such lines in space, (x, y, z), left and right at a distance [m]; the left one first.
+    """Return two lines of nodes in space (x, y, z) at a distance [m], the left one first.
 
-    Links across keep the distance. In each field between two of them the diagonals stay as long as
-    each other: it keeps its right angles, yet can be twisted, and no side is preferred, as it would
-    be by one diagonal of constant length; two of those would leave no twist, and tensions open.
+    Cross links keep the distance. In each field between two of them the diagonals stay equally
+    long: the field keeps its right angles but can twist, and neither side is preferred. One
+    diagonal of constant length would prefer a side; two would prevent twist and leave the tensions
+    undetermined.
     """
     one = line(gaps)
     count = len(one.places)
@@ -80,5 +83,5 @@ def ladder(gaps: np.ndarray, distance: float) -> Lattice:
 
 
 def _chords(along: np.ndarray) -> np.ndarray:
-    """The sum of the links that end at each node."""
+    """Return the sum of the links that end at each node (n, n)."""
     return np.abs(along).T @ along

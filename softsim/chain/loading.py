@@ -1,4 +1,4 @@
-"""Chains from files, or by the names of those that ship with softsim."""
+"""Loading of chains from files, or by the names of those that ship with softsim."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

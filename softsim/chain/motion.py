@@ -1,4 +1,4 @@
-"""The motion of a chain: where its nodes were, what the forces did, and the measures of it."""
+"""Motion of a chain: its positions and velocities over time, energies, work and measures."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,22 +14,26 @@ from softsim.chain.vectors import dot, size
 from softsim.scene.chain import Time
 
 UNSETTLED = 0.1
-"""Share of the speed by which the mean over a turn differs before the chain has settled."""
+"""Deviation of the mean speed over a turn, over the speed, up to which a chain is settled."""
 
 OVERSAMPLING = 4
-"""Frequencies looked at within 1 / duration, a quarter of a peak's width under a Hann window."""
+"""Number of frequencies per 1 / duration, a quarter of a peak's width with a Hann window."""
 
 LEAST_TURNS = 10
-"""Of the motor in the half of the run of which speeds and frequencies are told."""
+"""Least turns of the motor in the second half of a run for reporting speeds and frequencies."""
 
 STEADY = ("speed", "least_speed", "greatest_speed", "settling_time", "contact_shares",
           "dominant_frequencies")  # fmt: skip
-"""What is told of the second half, where it is long enough."""
+"""Measures of the second half of a run, reported if it is long enough."""
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """times: (rows,) [s], evenly spaced. p, v: places and velocities of the nodes, (rows, n, d)."""
+    """Motion of a chain over time.
+
+    times: (rows,) [s], evenly spaced. p, v: positions and velocities of the nodes, (rows, n, d) [m,
+    m/s].
+    """
 
     chain: Chain
     times: np.ndarray
@@ -38,7 +42,7 @@ class Motion:
 
     @cached_property
     def works(self) -> dict[str, np.ndarray]:
-        """What each force without an energy has done so far, by name (rows,) [J]."""
+        """Work so far of each force without an energy, by name (rows,) [J]."""
         return {
             name: cumulative_trapezoid(
                 self.chain.power(name, self.times, self.p, self.v), self.times, initial=0.0
@@ -48,15 +52,13 @@ class Motion:
 
     @cached_property
     def energies(self) -> dict[str, np.ndarray]:
-        """Kinetic and stored, by name (rows,) [J]."""
+        """Kinetic and stored energies, by name (rows,) [J]."""
         stored = {name: force.energy(self.p) for name, force in self.chain.stores.items()}
         return {"kinetic": self.chain.kinetic_energy(self.v), **stored}
 
     @property
     def energy_error(self) -> float:
-        """By how much the energy differs from what the forces did to it, over the largest of the
-        works and of the swings of energies [-].
-        """
+        """Largest error of the energy balance over the largest work or change of an energy [-]."""
         energies = np.array(list(self.energies.values()))
         works = np.array(list(self.works.values()))
         energy = energies.sum(axis=0)
@@ -66,41 +68,43 @@ class Motion:
 
     @property
     def late(self) -> slice:
-        """The rows of the second half."""
+        """Rows of the second half."""
         return slice(len(self.times) // 2, None)
 
     @cached_property
     def centre(self) -> np.ndarray:
-        """Of the heads (rows, d) [m]: in space it is between both motors."""
+        """Centre of the heads (rows, d) [m], in space the midpoint of both motors."""
         return self.p[:, self.chain.heads].mean(axis=1)
 
     @cached_property
     def heading(self) -> np.ndarray:
-        """Where the heads look, on the whole (rows, d)."""
+        """Mean forward unit vector of the heads (rows, d)."""
         ahead = self.chain.motors.lattice.headings(self.p)[:, self.chain.heads].mean(axis=1)
         return ahead / size(ahead)[:, None]
 
     @cached_property
     def way(self) -> np.ndarray:
-        """How far the centre has come ahead, backwards subtracted (rows,) [m]: x in the plane."""
+        """Forward path length of the centre, backward motion subtracted (rows,) [m]."""
         mean = 0.5 * (self.heading[1:] + self.heading[:-1])
         steps = dot(np.diff(self.centre, axis=0), mean)
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     @property
     def forward_velocity(self) -> np.ndarray:
-        """Of the centre, ahead (rows,) [m/s]."""
+        """Forward velocity of the centre (rows,) [m/s]."""
         return dot(self.v[:, self.chain.heads].mean(axis=1), self.heading)
 
     @property
     def speed(self) -> float:
-        """Mean speed of the centre ahead in the second half [m/s]."""
+        """Mean forward speed of the centre in the second half [m/s]."""
         t, way = self.times[self.late], self.way[self.late]
         return float((way[-1] - way[0]) / (t[-1] - t[0]))
 
     def settling_time(self, turn: float) -> float:
-        """From when on the mean speed over one turn of the motor [s] is within UNSETTLED of the
-        speed; NaN where that is not before the second half.
+        """Return the time [s] after which the mean speed over one turn stays near the speed.
+
+        turn [s]: duration of one turn of the motor. Near: within UNSETTLED times the speed. NaN if
+        the time is not in the first half.
         """
         rows = max(round(turn / self.times[1]), 1)
         means = (self.way[rows:] - self.way[:-rows]) / self.times[rows]
@@ -110,12 +114,12 @@ class Motion:
 
     @property
     def contact_shares(self) -> np.ndarray:
-        """Share of the second half in which each node touches the ground (n,)."""
+        """Fraction of the second half in which each node touches the ground (n,) [-]."""
         return touching(self.p[self.late]).mean(axis=0)
 
     @property
     def dominant_frequencies(self) -> np.ndarray:
-        """The strongest of the motion of each node up and down, in the second half (n,) [Hz]."""
+        """Dominant frequency of the vertical motion of each node in the second half (n,) [Hz]."""
         z = self.p[self.late][..., -1]
         swing = (z - z.mean(axis=0)) * np.hanning(len(z))[:, None]
         padded = OVERSAMPLING * len(z)
@@ -124,7 +128,7 @@ class Motion:
 
 
 def simulate(chain: Chain, time: Time) -> Motion:
-    """The motion of a chain from rest. StabilityError: it cannot be followed."""
+    """Return the motion of a chain from rest. Raises StabilityError if integration fails."""
     steps = round(time.end / time.increment)
     times = np.linspace(0.0, steps * time.increment, steps + 1)
     states = INTEGRATORS[time.integrator](chain.rates, times, chain.at_rest())
@@ -132,7 +136,7 @@ def simulate(chain: Chain, time: Time) -> Motion:
 
 
 def measures(motion: Motion) -> dict[str, Any]:
-    """What a summary tells of a motion, SI units; NaN where nothing can be told."""
+    """Return the measures of a motion for the summary, in SI units; NaN if undefined."""
     chain = motion.chain
     turn = chain.motors.longest_turn
     z = motion.p[:, chain.heads, -1]

@@ -1,4 +1,4 @@
-"""Motors that turn eccentric masses in the upright planes in which their nodes look ahead."""
+"""Motors that rotate eccentric masses in the upright plane of the heading of their nodes."""
 
 import math
 from dataclasses import dataclass, replace
@@ -14,11 +14,10 @@ TURNS = {"counterclockwise": 1, "clockwise": -1}
 
 @dataclass(frozen=True, eq=False)
 class Motors:
-    """The centripetal forces of their masses, from the lowest point on (thesis 3.1, 3.2).
+    """Centripetal forces of eccentric masses, which start at the lowest point (thesis 3.1, 3.2).
 
-    The masses themselves, and their weights, are part of their nodes'. moments: m_e e, zero where
-    no motor runs, (n,) [kg m]. angular_velocities: w, negative where they turn clockwise, (n,)
-    [rad/s].
+    The masses and their weights are part of those of the nodes. moments: m_e e, zero where no motor
+    runs, (n,) [kg m]. angular_velocities: w, negative for clockwise rotation, (n,) [rad/s].
     """
 
     moments: np.ndarray
@@ -26,22 +25,22 @@ class Motors:
     lattice: Lattice
 
     def at(self, frequency: float) -> "Motors":
-        """All of them at another frequency [Hz], the same way round."""
+        """Return the motors at another frequency [Hz] with the same sense of rotation."""
         speeds = np.copysign(math.tau * frequency, self.angular_velocities)
         return replace(self, angular_velocities=speeds)
 
     @cached_property
     def forces(self) -> np.ndarray:
-        """m_e e w^2 (n,) [N]."""
+        """Magnitudes m_e e w^2 of the forces (n,) [N]."""
         return self.moments * self.angular_velocities**2
 
     @property
     def longest_turn(self) -> float:
-        """Of the slowest of them [s]."""
+        """Duration of one turn of the slowest motor [s]."""
         return float(math.tau / np.abs(self.angular_velocities).min())
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n, d) [N]: m_e e w^2 (sin wt ahead, -cos wt up)."""
+        """Return the forces (..., n, d) [N]: m_e e w^2 (sin wt forward, -cos wt up)."""
         angles = np.asarray(t)[..., None] * self.angular_velocities
         forces = (self.forces * np.sin(angles))[..., None] * self.lattice.headings(p)
         forces[..., -1] = -self.forces * np.cos(angles)

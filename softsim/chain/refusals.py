@@ -1,4 +1,4 @@
-"""Chains that are refused for keys that do not go together, each at the place of one of them."""
+"""Checks of a chain's scene for values that contradict each other."""
 
 import math
 
@@ -8,14 +8,14 @@ from softsim.scene.chain import ChainScene
 from softsim.units import format_quantity
 
 LEAST_STEPS = 10
-"""To a turn of the motor."""
+"""Least number of steps per turn of the motor."""
 
 MOST_STEPS = 1_000_000
-"""Of a run, which keeps them all: a few hundred megabytes."""
+"""Largest number of steps of a run, which stores all of them in a few hundred megabytes."""
 
 
 def refuse_rows(loaded: LoadedChain) -> None:
-    """Rows stand on the backbone, one of them at least behind the head. SceneError."""
+    """Raise SceneError if no row is behind the head, or the rows are longer than the backbone."""
     rows, length = loaded.scene.rows, loaded.scene.backbone.length
     if rows.under_head >= rows.count:
         raise loaded.error(
@@ -34,7 +34,7 @@ def refuse_rows(loaded: LoadedChain) -> None:
 
 
 def refuse_masses(loaded: LoadedChain) -> None:
-    """Nodes weigh no less than their silicone, the head no less than its motor. SceneError."""
+    """Raise SceneError if nodes weigh less than the silicone, or the head less than its motor."""
     s = loaded.scene
     if s.motor.eccentric_mass > s.masses.head:
         raise loaded.error(
@@ -55,8 +55,9 @@ def refuse_masses(loaded: LoadedChain) -> None:
 
 
 def refuse_motors(loaded: LoadedChain) -> None:
-    """A head in the middle has as many nodes before it as behind; a further frequency is that of
-    all motors. SceneError.
+    """Raise SceneError if there is no middle node for the head, or frequencies contradict.
+
+    motor.further sets the frequency of all motors and excludes frequencies of the sides.
     """
     s = loaded.scene
     if s.motor.place == "middle" and s.node_count % 2 == 0:
@@ -75,8 +76,9 @@ def refuse_motors(loaded: LoadedChain) -> None:
 
 
 def refuse_steps(loaded: LoadedChain) -> None:
-    """There are some steps and not too many; they follow the motor, fixed ones also what is
-    fastest. SceneError.
+    """Raise SceneError if there are too few or too many steps, or the steps are too long.
+
+    Steps must resolve a turn of the motor; fixed ones must also be stable for the fastest rate.
     """
     s = loaded.scene
     own = [one.frequency or 0.0 for one in s.lines]
@@ -107,11 +109,11 @@ def refuse_steps(loaded: LoadedChain) -> None:
 
 
 def _fastest_rate(s: ChainScene) -> float:
-    """A bound of the rates [1/s] at which nodes swing and are damped:
-    up and down b/m + sqrt(k/m), along mu g / v0 + b/m, and that of the constraints.
+    """Return an upper bound of the rates [1/s] of oscillation and damping of the nodes.
 
-    To the stiffness k of a node's springs bending adds no more than 16 k_psi / L^2, the largest
-    eigenvalue of differences of differences, and the wave 4 T / L.
+    Vertical b/m + sqrt(k/m), along the ground mu g / v0 + b/m, and that of the constraints. Bending
+    adds at most 16 k_psi / L^2, the largest eigenvalue of second differences, to the stiffness k of
+    a node's springs, and the wave 4 T / L.
     """
     shortest = s.rows.pitch
     bending = 16.0 * s.backbone.bending_stiffness / shortest**2 + 4.0 * s.wave_tension / shortest

@@ -1,4 +1,4 @@
-"""A chain from its file to the folder of its results."""
+"""Run of a chain, from its scene to the folder of results."""
 
 import time
 from dataclasses import dataclass
@@ -16,11 +16,11 @@ from softsim.output.folder import HISTORY, SCENE, SUMMARY, RunFolder
 from softsim.output.history import History
 
 MODEL = "chain"
-"""What the summary says that the folder is of."""
+"""Value of `model` in the summary of a chain."""
 
 
 AXES = {2: "xz", 3: "xyz"}
-"""Names of a vector's components, by how many there are."""
+"""Names of the components of a vector, by their number."""
 
 
 @dataclass(frozen=True, eq=False)

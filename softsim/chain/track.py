@@ -1,4 +1,4 @@
-"""The track of a chain over the ground: where it turns to, and how tightly."""
+"""Path of a chain over the ground: its curvature and turning rate."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from softsim.output.path_circle import curvature, running_mean
 
 
 def track_measures(motion: Motion) -> dict[str, Any]:
-    """What a summary tells of a track, SI units; NaN where the run is too short for it."""
+    """Return the measures of a path for the summary, in SI units; NaN if the run is too short."""
     turn = motion.chain.motors.longest_turn
     forward, sideways = motion.centre[-1, :2] - motion.centre[0, :2]
     told = {"forward_displacement": float(forward), "sideways_displacement": float(sideways)}
@@ -24,11 +24,11 @@ def track_measures(motion: Motion) -> dict[str, Any]:
 
 
 def yaw(motion: Motion) -> np.ndarray:
-    """Angle from x to where the chain looks, to the left (rows,) [rad]."""
+    """Return the angle of the heading from x, positive to the left (rows,) [rad]."""
     return np.unwrap(np.arctan2(motion.heading[:, 1], motion.heading[:, 0]))
 
 
 def smoothed(motion: Motion, turn: float) -> np.ndarray:
-    """The centre in the second half, its mean over a turn of the motor (rows, 2) [m]."""
+    """Return the running mean over a turn of the centre in the second half (rows, 2) [m]."""
     rows = max(round(turn / motion.times[1]), 1)
     return running_mean(motion.centre[motion.late, :2], rows)
