@@ -1,1 +1,1 @@
-"""Meshes: what they are, how they are read, what makes one fit to compute with."""
+"""Meshes: data, reading from files, and checks."""

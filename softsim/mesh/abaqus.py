@@ -44,7 +44,7 @@ _REFUSED = {
 """Keywords that change the body which the file describes -> what to do about them."""
 
 _WITHOUT_MEANING = {"HEADING", "PREPRINT", "END STEP"}
-"""Keywords that say nothing about the body or what acts on it."""
+"""Keywords without information on the body or what acts on it."""
 
 _RIGID = "tie the nodes to a rigid body of the scene (rigid_bodies: tied)"
 _CONSTRAINTS = {
@@ -112,9 +112,8 @@ def _same(one: str, other: str) -> bool:
 class _Deck:
     """Content of an ABAQUS file as far as it has been read.
 
-    Names and labels are looked up at the end of the file.
-
-    moves: the body stands where its instance does. reduces: mid-side nodes are left out.
+    Names and labels are resolved at the end of the file. moves: True if the body is placed as its
+    instance is. reduces: True if mid-side nodes are left out.
     """
 
     def __init__(self, path: Path, *, moves: bool, reduces: bool) -> None:
@@ -133,7 +132,7 @@ class _Deck:
         self.skipped: dict[str, list[Card]] = {}
 
     def add(self, card: Card) -> None:
-        """Take in the next card of the file."""
+        """Process the next card of the file."""
         match card.keyword:
             case "NODE":
                 self._add_nodes(card)
@@ -157,7 +156,7 @@ class _Deck:
                 self.skipped.setdefault(keyword, []).append(card)
 
     def _add_owner(self, card: Card) -> None:
-        """A part or an instance: from here on, the body's own nodes and sets."""
+        """Register a part or an instance, whose nodes and sets follow."""
         name = card.parameter("NAME")
         before = self.owners.get(card.keyword)
         if before is not None:
@@ -218,15 +217,16 @@ class _Deck:
         self._collect(self.elements, card, "ELSET", range(before, len(self.corners)))
 
     def _collect(self, sets: Sets, card: Card, parameter: str, members: range) -> None:
-        """Put what a card has defined into the set that it names, if it does."""
+        """Add the definitions of a card to the set that it names, if it names one."""
         if parameter in card.parameters:
             found = define(sets.named, self.scope, card, parameter)
             found.cards.append((self.scope, card))
             found.members.extend(members)
 
     def _element_type(self, card: Card) -> tuple[str, int]:
-        """Return the type of the card's elements, whose family must be that of all the others, and
-        how many nodes it lists of each.
+        """Return the type of the card's elements and the number of nodes that it lists of each.
+
+        The family must be that of all the others.
         """
         written = card.parameter("TYPE").upper()
         kind = supported(written)
@@ -269,7 +269,7 @@ class _Deck:
         surface.cards.append((self.scope, card))
 
     def content(self) -> Content:
-        """All that has been read, with the members of sets and surfaces looked up.
+        """Return the content read, with the members of sets and surfaces resolved.
 
         Raises MeshError as `read_abaqus` does.
         """
@@ -344,12 +344,12 @@ class _Deck:
         return of_one_kind([nodes for _, nodes in blocks], kind)[order]
 
     def _by_corners(self) -> list[np.ndarray]:
-        """Numbers of the elements, those with as many corners together."""
+        """Return the numbers of the elements, grouped by their number of corners."""
         counts = np.array([len(corners) for corners in self.corners])
         return [np.flatnonzero(counts == count) for count in np.unique(counts)]
 
     def _nodes_of(self, rows: np.ndarray) -> np.ndarray:
-        """Node numbers (k, corners) of elements that have as many corners."""
+        """Return the node numbers (k, corners) of elements with the same number of corners."""
         known = self.nodes.numbers[BODY]
         nodes = np.array([[known.get(node, -1) for node in self.corners[row]] for row in rows])
         missing = np.argwhere(nodes < 0)
@@ -381,7 +381,7 @@ class _Deck:
         return np.unique(np.concatenate(rows))
 
     def _facets(self, scope: str, card: Card, cells: np.ndarray) -> np.ndarray:
-        """Node numbers (k, corners) of the facets in a surface of elements."""
+        """Return the node numbers (k, corners) of the facets in a surface of elements."""
         kind = dimension(self.element_type[0])
         parts = []
         for line, text in card.rows:
@@ -401,7 +401,7 @@ class _Deck:
         return facets
 
     def _faces(self, chosen: np.ndarray, name: str, card: Card, line: int) -> list[np.ndarray]:
-        """Node numbers (k, corners) of the face S1, S2 ... of each of the chosen elements."""
+        """Return the node numbers (k, corners) of face S1, S2 ... of each chosen element."""
         found = []
         for rows in self._by_corners():
             of_kind = np.intersect1d(chosen, rows)
@@ -421,8 +421,10 @@ class _Deck:
 
 
 def _placed(points: np.ndarray, instance: Card) -> np.ndarray:
-    """Return points (n, 3) where an instance has them: shifted by its first row, then turned about
-    the axis through both points of its second row, by the angle [deg] at its end.
+    """Return points (n, 3) where an instance has them.
+
+    They are shifted by its first row, then rotated about the axis through both points of its second
+    row, by the angle [deg] at its end.
     """
     rows = [[instance.real(value, line) for value in fields(t)] for line, t in instance.rows]
     shift, axis = ([*row, *[0.0] * n][:n] for row, n in zip([*rows, [], []], (3, 7), strict=False))
@@ -441,7 +443,7 @@ def _placed(points: np.ndarray, instance: Card) -> np.ndarray:
 
 
 def _skipped(keyword: str, found: list[Card]) -> str:
-    """Describe the cards of a keyword that is not read: their names, else how much they say."""
+    """Return a description of the skipped cards of a keyword: their names, else their lengths."""
     names = [card.parameters["NAME"] for card in found if card.parameters.get("NAME")]
     if names:
         return f"*{keyword} {', '.join(names)}"
@@ -450,7 +452,7 @@ def _skipped(keyword: str, found: list[Card]) -> str:
 
 
 def _element_rows(card: Card, length: int) -> Iterator[tuple[int, list[str]]]:
-    """Line and fields of each element; a row that ends with a comma too early goes on."""
+    """Yield line and fields of each element; a row that ends with a comma too early continues."""
     row: list[str] = []
     for line, text in card.rows:
         row += fields(text)
@@ -463,7 +465,7 @@ def _element_rows(card: Card, length: int) -> Iterator[tuple[int, list[str]]]:
 
 
 def _free_facets(chosen: np.ndarray, cells: np.ndarray, dimension: int) -> np.ndarray:
-    """Facets of the chosen ones of the cells that no other cell has."""
+    """Return the facets of the chosen cells that no other cell has."""
     facets, _ = cell_facets(chosen, dimension)
     boundary = facet_keys(boundary_facets(cells, dimension))
     return facets[find_rows(facet_keys(facets), boundary) >= 0]

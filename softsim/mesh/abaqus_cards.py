@@ -1,4 +1,4 @@
-"""The text of an ABAQUS input file: keyword lines with their parameters and data rows."""
+"""Text of an ABAQUS input file: keyword lines with their parameters and data rows."""
 
 import re
 from collections.abc import Collection, Iterator
@@ -16,7 +16,7 @@ _SETS = {"NSET": "NSET", "ELSET": "ELSET", "SURFACE": "NAME"}
 
 @dataclass(frozen=True)
 class Card:
-    """A keyword line and what stands below it.
+    """Keyword line and the rows below it.
 
     keyword: upper case, without the star, single spaces. parameters: upper-case name -> value, ""
     where there is none; values and rows as written. rows: (line number, text).
@@ -29,11 +29,11 @@ class Card:
     rows: list[tuple[int, str]] = field(default_factory=list)
 
     def fault(self, message: str, hint: str = "", line: int | None = None) -> MeshError:
-        """The error to raise about this card, or about one of its rows."""
+        """Return the error to raise about this card, or about one of its rows."""
         return MeshError(f"{self.path}:{line or self.line}: {message}", hint=hint)
 
     def parameter(self, name: str) -> str:
-        """The value of a parameter that must be there. Raises MeshError if it is not."""
+        """Return the value of a required parameter. Raises MeshError if it is missing."""
         value = self.parameters.get(name, "")
         if not value:
             raise self.fault(f"*{self.keyword} needs {name}=")
@@ -49,14 +49,14 @@ class Card:
                 )
 
     def integer(self, text: str, line: int, what: str) -> int:
-        """The number in a field. Raises MeshError, saying `what` it should be."""
+        """Return the number in a field. Raises MeshError, naming `what` it should be."""
         try:
             return int(text)
         except ValueError:
             raise self.fault(f"'{text}' is not a {what}", line=line) from None
 
     def real(self, text: str, line: int) -> float:
-        """The number in a field, 0 if it is empty; Fortran's 1.5D-3 is one too."""
+        """Return the number in a field, 0 if it is empty; Fortran's 1.5D-3 is accepted."""
         try:
             return float(text.upper().replace("D", "E")) if text else 0.0
         except ValueError:
@@ -64,7 +64,7 @@ class Card:
 
 
 def cards(path: Path) -> Iterator[Card]:
-    """The cards of a file, without comments and empty lines.
+    """Return the cards of a file, without comments and empty lines.
 
     Raises MeshError if the file cannot be read or has data before the first keyword.
     """
@@ -151,7 +151,7 @@ def _without(card: Card, others: set[str], foreign: set[tuple[str, str]]) -> Car
 
 
 def fields(text: str) -> list[str]:
-    """The fields between commas, without blanks and quotes around them.
+    """Return the fields between commas, without blanks and quotes around them.
 
     A comma at the end begins no further field.
     """

@@ -1,4 +1,4 @@
-"""Element types of ABAQUS: which ones make a body here, and what to take for the others."""
+"""Element types of ABAQUS: the supported ones, and replacements for the others."""
 
 import re
 
@@ -21,7 +21,7 @@ FACES = {
         *([1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]),
     ],
 }
-"""Faces S1, S2 ... as ABAQUS counts them, by the numbers of dimensions and of corners."""
+"""Faces S1, S2 ... in the order of ABAQUS, by the numbers of dimensions and of corners."""
 
 _LINEAR = {
     family: [name for name in CORNERS if name.startswith(family)]
@@ -37,14 +37,18 @@ _CORNERS_OF_SECOND_ORDER = {"plane": {6: 3, 8: 4}, "C3D": {10: 4, 15: 6, 20: 8}}
 
 
 def supported(written: str) -> str:
-    """The type without its H: what a hybrid element computes is the same. "" if not known."""
+    """Return the type without its H, or "" if it is not supported.
+
+    A hybrid element is computed as the type without H.
+    """
     name = written.upper().removesuffix("H")
     return name if name in CORNERS else ""
 
 
 def reduced(written: str) -> tuple[str, int]:
-    """Return the linear type with the corners of a second-order type, C3D4 for C3D10M, and the
-    number of nodes of the latter; ("", 0) for any other type.
+    """Return the linear type with the corners of a second-order type, C3D4 for C3D10M.
+
+    Also return the number of nodes of the latter; ("", 0) for any other type.
     """
     kind, count = _parts(written)
     corners = _CORNERS_OF_SECOND_ORDER["C3D" if kind == "C3D" else "plane"].get(count)
@@ -52,17 +56,17 @@ def reduced(written: str) -> tuple[str, int]:
 
 
 def family(element_type: str) -> str:
-    """What the elements compute: CPE, CPS, CAX or C3D."""
+    """Return the family of a type: CPE, CPS, CAX or C3D."""
     return element_type[:3]
 
 
 def dimension(element_type: str) -> int:
-    """Number of dimensions, 2 or 3, of a supported type's elements."""
+    """Return the number of dimensions, 2 or 3, of a supported type's elements."""
     return 3 if family(element_type) == "C3D" else 2
 
 
 def refusal(written: str) -> tuple[str, str]:
-    """Message and hint for an element type that makes no body here."""
+    """Return message and hint for an unsupported element type."""
     kind, count = _parts(written)
     shapes = _SOLID_SHAPES if kind == "C3D" else _PLANE_SHAPES
     shape = f", {shapes[count]}," if kind and count in shapes else ""
@@ -79,7 +83,7 @@ def refusal(written: str) -> tuple[str, str]:
 
 
 def plane_stress_advice(element_type: str, formulation: str) -> str:
-    """What to take in the place of plane-stress elements for a body of this formulation."""
+    """Return the advice which elements replace plane-stress ones in a body of this formulation."""
     rest = element_type.removeprefix("CPS")
     return {
         "plane_strain": f"for a thin section without strain in the depth direction use CPE{rest}",
@@ -92,6 +96,6 @@ def plane_stress_advice(element_type: str, formulation: str) -> str:
 
 
 def _parts(written: str) -> tuple[str, int]:
-    """Family and number of nodes in a name such as C3D10M; ("", 0) for another name."""
+    """Return family and number of nodes of a name such as C3D10M; ("", 0) for another name."""
     found = re.match(r"(CPE|CPS|CAX|C3D)(\d+)", written.upper())
     return (found[1], int(found[2])) if found else ("", 0)

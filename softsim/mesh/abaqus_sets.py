@@ -1,4 +1,4 @@
-"""Sets of an ABAQUS input file: who their members are, by number, by range and by name."""
+"""Sets of an ABAQUS input file, with members by number, by range and by name."""
 
 import logging
 from dataclasses import dataclass, field
@@ -10,18 +10,18 @@ from softsim.mesh.abaqus_cards import Card, fields
 log = logging.getLogger(__name__)
 
 BODY, ASSEMBLY = "body", "assembly"
-"""Where a number or a name holds: in the part (with its instance), or in the assembly."""
+"""Scopes of a number or a name: the part (with its instance), or the assembly."""
 
 Key = tuple[str, str]
-"""Scope and name without case: part and assembly may both have a set of one name."""
+"""Scope and casefolded name of a set; part and assembly may have sets of the same name."""
 
 
 @dataclass
 class NamedSet:
-    """A set or surface as far as it has been read.
+    """Set or surface as far as it has been read.
 
-    cards: with the scope in which each stands. members: numbers that the set has besides.
-    internal: marked by ABAQUS/CAE as one that only surfaces need.
+    cards: with the scope of each. members: further numbers of the set. internal: True if ABAQUS/CAE
+    marks it as one that only surfaces need.
     """
 
     name: str
@@ -31,9 +31,9 @@ class NamedSet:
 
 
 def define(named: dict[Key, NamedSet], scope: str, card: Card, parameter: str) -> NamedSet:
-    """The set that the card's parameter names, made if it is new.
+    """Return the set that the card's parameter names, created if it is new.
 
-    Raises MeshError if the parameter is not there.
+    Raises MeshError if the parameter is missing.
     """
     name = card.parameter(parameter)
     found = named.setdefault((scope, name.casefold()), NamedSet(name))
@@ -55,9 +55,9 @@ class Sets:
         self.instance = ""
 
     def members(self, key: Key, within: tuple[Key, ...] = ()) -> np.ndarray:
-        """Numbers (k,) of the set's members, in increasing order.
+        """Return the numbers (k,) of the set's members, in increasing order.
 
-        within: the sets that ask for this one. Raises MeshError if the set is empty or contains
+        within: the sets that contain this one. Raises MeshError if the set is empty or contains
         itself, or if a member does not exist.
         """
         found = self.named[key]
@@ -85,7 +85,7 @@ class Sets:
     def listed(
         self, scope: str, card: Card, line: int, row: list[str], within: tuple[Key, ...] = ()
     ) -> np.ndarray:
-        """Numbers (k,) of the members that a row of labels and names of sets lists.
+        """Return the numbers (k,) of the members in a row of labels and names of sets.
 
         Raises MeshError if one of them does not exist.
         """
@@ -109,7 +109,7 @@ class Sets:
         return np.concatenate(parts)
 
     def _generated(self, scope: str, card: Card, line: int, text: str) -> np.ndarray:
-        """Numbers of the members from a first to a last label, leaving out what is not there."""
+        """Return the numbers of the members from a first to a last label, without missing ones."""
         row = [card.integer(value, line, f"{self.kind} number") for value in fields(text)]
         if len(row) not in (2, 3) or (len(row) == 3 and row[2] < 1):
             raise card.fault(
@@ -131,14 +131,14 @@ class Sets:
         return np.fromiter(numbers.values(), dtype=np.int64, count=len(numbers))[chosen]
 
     def _place(self, scope: str, written: str) -> tuple[str, str]:
-        """Scope and name of a member: INSTANCE.NAME means the part's from anywhere."""
+        """Return scope and name of a member; INSTANCE.NAME means the part's in any scope."""
         owner, _, member = written.partition(".")
         if member and self.instance and owner.casefold() == self.instance.casefold():
             return BODY, member
         return scope, written
 
     def _numbers(self, scope: str, card: Card) -> dict[int, int]:
-        """The labels that a card means: the assembly's own ones, if it has any, else the body's."""
+        """Return label -> number in the scope of a card: the assembly's if any, else the body's."""
         own = self.numbers[scope]
         return self.numbers[BODY] if "INSTANCE" in card.parameters or not own else own
 

@@ -1,4 +1,4 @@
-"""A band of cells between two lines of points."""
+"""Band of cells between two lines of points."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -7,17 +7,17 @@ from typing import Literal
 import numpy as np
 
 CellKind = Literal["simplex", "quad"]
-"""What a generator makes: triangles and tetrahedra, or quadrilaterals and hexahedra."""
+"""Kinds of cells: triangles and tetrahedra, or quadrilaterals and hexahedra."""
 
 Band = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 def triangle_band(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Triangles (m, 3), counter-clockwise, that fill the band between two lines of nodes.
+    """Return triangles (m, 3), counter-clockwise, that fill the band between two lines of nodes.
 
-    points: (n, 2). lower, upper: node numbers along each line, both in the direction that has
-    the upper line to the left. The lines may differ in their number of nodes; a line of one node
-    closes the band to a fan. Each step along the band takes the shorter of the two diagonals.
+    points: (n, 2). lower, upper: node numbers along each line, both in the direction that has the
+    upper line to the left. The lines may differ in their number of nodes; a line of one node closes
+    the band to a fan. Each step along the band takes the shorter of the two diagonals.
     """
     cells = []
     i = j = 0
@@ -35,9 +35,10 @@ def triangle_band(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> n
 
 
 def quadrilateral_band(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Quadrilaterals (m, 4) that fill the band between two lines of nodes: see `triangle_band`.
+    """Return quadrilaterals (m, 4) that fill the band between two lines of nodes.
 
-    Where a line has more nodes than the other, the cells at its end are triangles.
+    Where a line has more nodes than the other, the cells at its end are triangles. See
+    `triangle_band`.
     """
     count = min(len(lower), len(upper))
     quadrilaterals = np.column_stack(
@@ -51,12 +52,12 @@ BANDS: dict[CellKind, Band] = {"simplex": triangle_band, "quad": quadrilateral_b
 
 
 def stacked_bands(points: np.ndarray, lines: list[np.ndarray], band: Band) -> np.ndarray:
-    """Cells (m, corners) of the bands between each line of nodes and the next one to its left."""
+    """Return the cells (m, corners) of the bands between each line of nodes and the next one."""
     return np.concatenate([band(points, lower, upper) for lower, upper in pairwise(lines)])
 
 
 def _reach(points: np.ndarray, line: np.ndarray, position: int, node: int) -> float:
-    """Distance from `node` to the node at `position` on `line`; infinite beyond its end."""
+    """Return the distance from `node` to that at `position` on `line`; infinite beyond its end."""
     if position >= len(line):
         return np.inf
     return float(np.linalg.norm(points[line[position]] - points[node]))

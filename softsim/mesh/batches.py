@@ -1,4 +1,4 @@
-"""Cells treated some at a time: what is computed on the way takes a kilobyte or more of each."""
+"""Batches of cells, which limit memory: intermediate results take a kilobyte or more per cell."""
 
 from collections.abc import Callable
 
@@ -8,10 +8,13 @@ BATCH = 16_384
 
 
 def batches(count: int) -> list[slice]:
-    """So many cells, BATCH at a time; none are one batch, so that results have their shape."""
+    """Return slices of at most BATCH of `count` cells.
+
+    Without cells there is one empty batch, so that results have their shape.
+    """
     return [slice(k, k + BATCH) for k in range(0, max(1, count), BATCH)]
 
 
 def in_batches(of_cells: Callable[[np.ndarray], np.ndarray], cells: np.ndarray) -> np.ndarray:
-    """What a function finds (k, ...) of cells (k, corners), of all of them (m, ...)."""
+    """Apply a function of cells (k, corners) to batches; return all results (m, ...)."""
     return np.concatenate([of_cells(cells[batch]) for batch in batches(len(cells))])

@@ -1,25 +1,29 @@
-"""Sizes and sharp edges of facets, and an upper bound of what their corners carry.
+"""Sizes and sharp edges of facets, and an upper bound of the load on their corners.
 
-A node on a facet is carried by its corners with its barycentric weights. A corner's weight falls to
-zero over its reach, h; of nodes that lie s apart on a line it carries no more than
+A node on a facet loads its corners with its barycentric weights. A corner's weight falls to zero
+over its reach, h; nodes at distances s apart on a line load it with at most
+
     1 + 2 sum_j max(0, 1 - j s/h),
-with one of them on the corner, and in space the square of that. One if s = h.
+
+with one of them on the corner, and in space with the square of that. This is one if s = h.
 """
 
 import numpy as np
 
 
 def weights_in_line(ratio: np.ndarray) -> np.ndarray:
-    """Upper bound of the sum of weights that a corner carries along a line, of its reach over the
-    distance of what lies there.
+    """Return an upper bound of the sum of weights that loads a corner along a line.
+
+    ratio: reach of the corner over the distance of the nodes.
     """
     whole = np.floor(ratio)
     return 1.0 + 2.0 * whole - whole * (whole + 1.0) / np.maximum(ratio, 1e-300)
 
 
 def nodal_extents(x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Length (n,) [m] of the facets (f, d) that belongs to each node, in space the root of its
-    area; zero of others.
+    """Return the length (n,) [m] of the facets (f, d) that belongs to each node.
+
+    In space it is the square root of the node's area; it is zero for other nodes.
     """
     d = x.shape[1]
     edges = x[facets[:, 1:]] - x[facets[:, :1]]
@@ -30,15 +34,18 @@ def nodal_extents(x: np.ndarray, facets: np.ndarray) -> np.ndarray:
 
 
 def side_lengths(x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Return the distance (f, c) [m] of each corner of facets (f, c) from the one before it, all
-    nodes at x (n, d) [m].
+    """Return the distance (f, c) [m] of each corner of facets (f, c) from the one before it.
+
+    x (n, d) [m]: positions of all nodes.
     """
     return np.linalg.norm(x[facets] - x[np.roll(facets, 1, axis=1)], axis=2)
 
 
 def area_vectors(x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Normals (f, d) out of the material, as long as the length [m] of the edges or the area [m^2]
-    of the triangles (f, d), all nodes at x (n, d) [m].
+    """Return the outward normals (f, d) of facets (f, d), whose lengths are the facets' sizes.
+
+    Sizes are lengths of edges [m] or areas of triangles [m^2]. x (n, d) [m]: positions of all
+    nodes.
     """
     sides = x[facets[:, 1:]] - x[facets[:, :1]]
     if x.shape[1] == 2:
@@ -47,8 +54,9 @@ def area_vectors(x: np.ndarray, facets: np.ndarray) -> np.ndarray:
 
 
 def sharp_edges(x: np.ndarray, facets: np.ndarray, angle: float) -> np.ndarray:
-    """Return the convex edges (e, 2) between triangles (f, 3) whose normals differ by more than
-    `angle` [rad], nodes at x (n, 3) [m].
+    """Return the convex edges (e, 2) between triangles (f, 3) whose normals differ by over `angle`.
+
+    angle [rad]. x (n, 3) [m]: positions of the nodes.
     """
     sides = np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2)
     owner = np.repeat(np.arange(len(facets)), 3)

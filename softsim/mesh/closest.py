@@ -1,4 +1,4 @@
-"""The places of a surface of facets that are closest to given points."""
+"""Closest points of a surface of facets to given points."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -10,11 +10,11 @@ MOST_STEPS = 20
 def closest_on_facets(
     places: np.ndarray, points: np.ndarray, facets: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Number (k,) of the facet that is closest to each place (k, d) [m], and the shape functions
-    (k, corners) of its corners at the closest point of it.
+    """Return the facet (k,) closest to each point (k, d) [m], and weights at its closest point.
 
-    points (n, d) [m]; facets (f, corners): edges, triangles or bilinear quadrilaterals, of which a
-    triangle has its last corner twice. Of facets that are equally close the first counts.
+    The weights are the shape functions (k, corners) of the facet's corners. points (n, d) [m];
+    facets (f, corners): edges, triangles or bilinear quadrilaterals, of which a triangle has its
+    last corner twice. Of facets that are equally close the first counts.
     """
     corners = points[facets]
     centres = corners.mean(axis=1)
@@ -35,15 +35,15 @@ def closest_on_facets(
 
 
 def at(weights: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """The places (k, d) with these weights (k, c) of corners (k, c, d)."""
+    """Return the points (k, d) with these weights (k, c) of corners (k, c, d)."""
     return np.einsum("kc,kcd->kd", weights, corners)
 
 
 def closest_weights(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Shape functions (k, c) at the point of each facet, with corners (k, c, d), that is closest to
-    a place (k, d).
+    """Return the shape functions (k, c) at the point of each facet closest to a point (k, d).
 
-    That is the foot of the perpendicular where this lies on the facet, else a point of a side.
+    Facets have corners (k, c, d). The closest point is the foot of the perpendicular where that
+    lies on the facet, else a point of a side.
     """
     count = corners.shape[1]
     if count == 2:
@@ -59,7 +59,7 @@ def closest_weights(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 def _along(places: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Weights (k, 2) of the point of an edge (k, 2, d)."""
+    """Return the weights (k, 2) of the closest point of an edge (k, 2, d)."""
     way = ends[:, 1] - ends[:, 0]
     square = (way**2).sum(axis=1)
     along = ((places - ends[:, 0]) * way).sum(axis=1)
@@ -68,7 +68,7 @@ def _along(places: np.ndarray, ends: np.ndarray) -> np.ndarray:
 
 
 def _on_sides(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Weights (k, c) of the closest point of the sides of a facet (k, c, d)."""
+    """Return the weights (k, c) of the closest point of the sides of a facet (k, c, d)."""
     count = corners.shape[1]
     found, best = np.zeros(corners.shape[:2]), np.full(len(places), np.inf)
     for first in range(count):
@@ -83,7 +83,7 @@ def _on_sides(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 def _triangle_feet(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Barycentric weights (k, 3) of the foot on the plane of a triangle (k, 3, 3)."""
+    """Return barycentric weights (k, 3) of the foot on the plane of a triangle (k, 3, 3)."""
     e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal, apart = np.cross(e, f), places - corners[:, 0]
     square = (normal**2).sum(axis=1)
@@ -93,8 +93,10 @@ def _triangle_feet(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 def _quadrilateral_feet(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Bilinear weights (k, 4) of the foot on a quadrilateral (k, 4, 3), by Gauss and Newton; some
-    are negative, or not a number, where it lies beside.
+    """Return bilinear weights (k, 4) of the foot on a quadrilateral (k, 4, 3).
+
+    They are found by the Gauss-Newton method; some are negative, or not a number, where the foot
+    lies beside the facet.
     """
     local = np.full((len(places), 2), 0.5)
     for _ in range(MOST_STEPS):
@@ -110,7 +112,7 @@ def _quadrilateral_feet(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 def _bilinear(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Shape functions (k, 4) at (a, b) of the unit square, and their derivatives (k, 4, 2)."""
+    """Return shape functions (k, 4) at (a, b) of the unit square, and derivatives (k, 4, 2)."""
     weights = np.stack([(1 - a) * (1 - b), a * (1 - b), a * b, (1 - a) * b], axis=1)
     by_a = np.stack([b - 1, 1 - b, b, -b], axis=1)
     by_b = np.stack([a - 1, -a, a, 1 - a], axis=1)

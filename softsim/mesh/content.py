@@ -1,4 +1,4 @@
-"""What a mesh file holds, whatever its format: the readers' result, not yet fit to compute with."""
+"""Content of a mesh file of any format, as the readers return it, not yet checked."""
 
 from dataclasses import dataclass, field
 
@@ -16,10 +16,9 @@ class Content:
     dimension: of the cells, 2 or 3.
     node_sets, cell_sets: name -> (k,) numbers.
     facet_sets: name -> (k, 2 to 4) node numbers, in any orientation.
-    element_type: ABAQUS's name for what the first of the cells computes, "" where the file does
-        not say.
-    labels: what the file calls its nodes and cells, None where it only counts them.
-    reference_nodes: numbers of the nodes that by the file's own word are not the body's, such as
+    element_type: ABAQUS's type of the first cell, "" where the file has none.
+    labels: labels of nodes and cells in the file, None where it has none.
+    reference_nodes: numbers of the nodes that the file declares not to belong to the body, such as
         reference points of an assembly; all others must belong to a cell.
     midside_nodes: numbers of the nodes between the corners of second-order cells, which have been
         read as linear ones; those that are no corner of another cell are left out.

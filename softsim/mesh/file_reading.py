@@ -1,4 +1,4 @@
-"""What meshio reads from a file. The only user of meshio."""
+"""Reading of mesh files by meshio, of which this module is the only user."""
 
 import io
 from contextlib import redirect_stderr, redirect_stdout
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
 
 def meshio_mesh(path: Path, formats: str) -> "meshio.Mesh":
-    """The mesh in a file, as meshio holds it; `formats`: what is expected, for the hint.
+    """Return the mesh in a file as a meshio object.
 
-    Raises MeshError if it cannot be read.
+    formats: expected formats, for the hint. Raises MeshError if it cannot be read.
     """
     import meshio  # takes longer to import than the rest of this package
 

@@ -39,25 +39,24 @@ _LINEAR = {
     "hexahedron20": ("hexahedron", 8),
     "hexahedron27": ("hexahedron", 8),
 }
-"""Second-order cell type -> the linear type with its corners, which come first in it, and their
-number."""
+"""Second-order cell type -> linear type of its corners, which come first, and their number."""
 
 _Group = dict[str, np.ndarray]
 """Cell type -> numbers of the group's cells among all cells of that type."""
 
 
 def read_gmsh_vtk(path: Path, *, reduce_order: bool = False) -> Content:
-    """The body in a mesh file: its cells in space if it has any, otherwise its triangles and
-    quadrilaterals; those of each type together.
+    """Return the body in a mesh file: its cells in space if it has any, otherwise its plane cells.
 
-    reduce_order: read second-order cells as linear ones, without their mid-side nodes.
+    Cells of each type are together. reduce_order: read second-order cells as linear ones, without
+    their mid-side nodes.
 
-    Sets are gmsh's physical groups, and in a .vtu file the arrays of whole numbers that say who is
-    a member: an array "tip" of zeros and ones, or what meshio makes of its sets, an array
-    "tip-root" of 0 (tip), 1 (root) and -1 (neither).
+    Sets are gmsh's physical groups, and in a .vtu file the integer arrays that mark members: an
+    array "tip" of zeros and ones, or what meshio makes of its sets, an array "tip-root" of 0 (tip),
+    1 (root) and -1 (neither).
 
-    Raises MeshError if the file cannot be read, has cells that are not linear, plane cells or
-    lines apart from the body, or a set without members.
+    Raises MeshError if the file cannot be read, has cells that are not linear, plane cells or lines
+    apart from the body, or a set without members.
     """
     mesh = meshio_mesh(path, "formats: gmsh .msh, VTK .vtu, ABAQUS .inp")
     midside = _drop_midside_nodes(mesh) if reduce_order else np.zeros(0, dtype=np.int64)
@@ -101,7 +100,7 @@ def _drop_midside_nodes(mesh: "meshio.Mesh") -> np.ndarray:
 
 
 def _blocks_by_type(mesh: "meshio.Mesh", path: Path) -> dict[str, np.ndarray]:
-    """All cells of each type, (m, corners)."""
+    """Return all cells of each type, (m, corners)."""
     unknown = sorted({block.type for block in mesh.cells} - set(_DIMENSION))
     if unknown:
         linear = "mesh with first-order triangles, quadrilaterals, tetrahedra or hexahedra"
@@ -125,7 +124,7 @@ def _blocks_by_type(mesh: "meshio.Mesh", path: Path) -> dict[str, np.ndarray]:
 def _refuse_apart(
     mesh: "meshio.Mesh", kind: str, blocks: dict[str, np.ndarray], body: list[str], path: Path
 ) -> None:
-    """Refuse lines and plane cells that lie neither on nor in the body: a body of their own."""
+    """Raise MeshError for lines and plane cells that lie neither on nor in the body."""
     nodes = np.concatenate([blocks[of_body].ravel() for of_body in body])
     apart = np.flatnonzero(~np.isin(blocks[kind], nodes).all(axis=1))
     if len(apart):
@@ -138,7 +137,7 @@ def _refuse_apart(
 
 
 def _groups(mesh: "meshio.Mesh", path: Path) -> dict[str, _Group]:
-    """The named groups of cells."""
+    """Return the named groups of cells."""
     groups: dict[str, _Group] = defaultdict(dict)
     starts = _block_starts(mesh)
     for name, members in mesh.cell_sets.items():
@@ -174,7 +173,7 @@ def _groups(mesh: "meshio.Mesh", path: Path) -> dict[str, _Group]:
 
 
 def _members(name: str, values: np.ndarray, path: Path) -> dict[str, np.ndarray]:
-    """The sets that an array of data says, name -> positions; none if it says something else."""
+    """Return the sets in a data array, name -> positions; none if it does not mark members."""
     values = np.asarray(values)
     # VTK's own arrays, vtkGhostType and the like, are no sets.
     if name.startswith("vtk") or values.size != len(values) or values.dtype.kind not in "iub":
@@ -198,7 +197,7 @@ def _empty(name: str, path: Path) -> MeshError:
 
 
 def _block_starts(mesh: "meshio.Mesh") -> list[int]:
-    """Number of each block's first cell among all cells of its type."""
+    """Return the number of each block's first cell among all cells of its type."""
     counted: dict[str, int] = defaultdict(int)
     starts = []
     for block in mesh.cells:
@@ -208,7 +207,7 @@ def _block_starts(mesh: "meshio.Mesh") -> list[int]:
 
 
 def _add(group: _Group, kind: str, start: int, chosen: np.ndarray | None) -> None:
-    """Put a block's chosen cells into the group."""
+    """Add a block's chosen cells to the group."""
     if chosen is not None and len(chosen):
         members = start + np.asarray(chosen, dtype=np.int64)
         group[kind] = np.concatenate([group.get(kind, members[:0]), members])

@@ -1,10 +1,11 @@
 """Nodes, cells and named sets of a body.
 
-Cells are triangles or quadrilaterals in the plane, tetrahedra or hexahedra in space; what they are
-is told by the number of their corners and the number of coordinates. Corners are in the order of
+Cells are triangles or quadrilaterals in the plane, tetrahedra or hexahedra in space; their kind
+follows from the number of their corners and the number of coordinates. Corners are in the order of
 VTK and ABAQUS. A mesh of several kinds has cells of the larger one: the others are written with
 corners repeated, a triangle a b c as the quadrilateral a b c c (see `with_corners`). A side that
-has collapsed to a point or a line is none, one that has collapsed to a triangle is a b c c, too.
+has collapsed to a point or a line is left out; one that has collapsed to a triangle is also a b c
+c.
 """
 
 import math
@@ -110,7 +111,7 @@ def _numbers(members: np.ndarray) -> np.ndarray:
 
 
 def _node_rows(what: str, rows: np.ndarray, widths: tuple[int, ...]) -> np.ndarray:
-    """`rows` as an integer array (k, width), of one of these widths."""
+    """Return `rows` as an integer array (k, width), of one of these widths."""
     array = np.ascontiguousarray(rows, dtype=np.int64)
     if array.size == 0:
         return array.reshape(0, widths[0])
@@ -125,7 +126,7 @@ def _node_rows(what: str, rows: np.ndarray, widths: tuple[int, ...]) -> np.ndarr
 
 
 def with_corners(cells: np.ndarray, dimension: int, corners: int) -> np.ndarray:
-    """The cells written with so many corners, the same ones or with some of them repeated.
+    """Return the cells written with `corners` corners, some of them repeated where necessary.
 
     cells: (m, 3) triangles, (m, 4) tetrahedra, (m, 5) pyramids, base first, or (m, 6) wedges; in
     the order of ABAQUS.
@@ -136,10 +137,10 @@ def with_corners(cells: np.ndarray, dimension: int, corners: int) -> np.ndarray:
 
 
 def of_one_kind(groups: Sequence[np.ndarray], dimension: int) -> np.ndarray:
-    """All cells of the groups (m, corners), written with the most corners that any of them has;
-    pyramids and wedges are written as hexahedra.
+    """Return all cells of the groups (m, corners), written with the largest number of corners.
 
-    Facets of bodies in space are cells of two dimensions.
+    Pyramids and wedges are written as hexahedra. Facets of bodies in space are cells of two
+    dimensions.
     """
     most = max(cells.shape[1] for cells in groups)
     corners = {5: 8, 6: 8}.get(most, most)
@@ -147,7 +148,7 @@ def of_one_kind(groups: Sequence[np.ndarray], dimension: int) -> np.ndarray:
 
 
 def of_corners(mesh: Mesh, corners: int) -> Mesh:
-    """The mesh with its cells written with so many corners, and its facets as these have them."""
+    """Return the mesh with its cells written with `corners` corners, and facets to match."""
     cells = with_corners(mesh.cells, mesh.dimension, corners)
     width = _LOCAL_FACETS[mesh.dimension, corners].shape[1]
     facets = {name: with_corners(f, 2, width) for name, f in mesh.facet_sets.items()}
@@ -155,32 +156,31 @@ def of_corners(mesh: Mesh, corners: int) -> Mesh:
 
 
 def turned(cells: np.ndarray, dimension: int) -> np.ndarray:
-    """The cells in the order of corners that changes the sign of their volume."""
+    """Return the cells in the order of corners that changes the sign of their volume."""
     return cells[:, _TURNED[dimension, cells.shape[1]]]
 
 
 def boundary_facets(cells: np.ndarray, dimension: int) -> np.ndarray:
-    """Facets (k, corners) that belong to one cell only, oriented outward, in order of the cells."""
+    """Return the facets (k, corners) of one cell only, oriented outward, in order of the cells."""
     facets, _ = cell_facets(cells, dimension)
     number = _row_numbers(facet_keys(facets))
     return facets[np.bincount(number)[number] == 1]
 
 
 def facets_on(boundary: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Those of the boundary's facets (k, corners) whose nodes are all among `nodes`."""
+    """Return the facets (k, corners) of the boundary whose nodes are all among `nodes`."""
     return boundary[np.isin(boundary, nodes).all(axis=1)]
 
 
 def facets_touching(boundary: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Those of the boundary's facets (k, corners) with at least one node among `nodes`."""
+    """Return the facets (k, corners) of the boundary with at least one node among `nodes`."""
     return boundary[np.isin(boundary, nodes).any(axis=1)]
 
 
 def cell_facets(cells: np.ndarray, dimension: int) -> tuple[np.ndarray, np.ndarray]:
-    """All facets (k, corners) of the cells, cell by cell, each oriented outward, and the number
-    (k,) of the cell of each.
+    """Return all facets (k, corners) of the cells, oriented outward, and the cell (k,) of each.
 
-    A triangle among quadrilaterals has its last corner twice.
+    They are in order of the cells. A triangle among quadrilaterals has its last corner twice.
     """
     local = _LOCAL_FACETS[dimension, cells.shape[1]]
     facets = cells[:, local].reshape(-1, local.shape[1])
@@ -196,7 +196,7 @@ def cell_facets(cells: np.ndarray, dimension: int) -> tuple[np.ndarray, np.ndarr
 
 
 def facet_keys(facets: np.ndarray) -> np.ndarray:
-    """The facets (k, corners) as rows that are equal where the nodes are, in any order."""
+    """Return the facets (k, corners) as rows that are equal for equal nodes in any order."""
     nodes = np.sort(facets, axis=1)
     if facets.shape[1] == 4:
         # Of a triangle among quadrilaterals any corner may be the one that is there twice.
@@ -207,9 +207,10 @@ def facet_keys(facets: np.ndarray) -> np.ndarray:
 
 
 def simplex_facets(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Edges or triangles (k, d), and the number (k,) of the facet of each: quadrilaterals are cut
-    into triangles along the diagonal from their smallest node, so that two cells cut a common facet
-    alike.
+    """Return facets as edges or triangles (k, d), and the number (k,) of the facet of each.
+
+    Quadrilaterals are cut into triangles along the diagonal from their smallest node, so that two
+    cells cut a common facet in the same way.
     """
     numbers = np.arange(len(facets))
     if facets.shape[1] < 4:
@@ -221,8 +222,9 @@ def simplex_facets(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def simplexes(cells: np.ndarray, dimension: int) -> np.ndarray:
-    """The cells cut into triangles or tetrahedra (k, d + 1), conforming: from the smallest node of
-    each to its facets, which are cut from theirs.
+    """Return the cells cut into triangles or tetrahedra (k, d + 1), which conform.
+
+    Each cell is cut from its smallest node to its facets, which are cut from theirs.
     """
     if cells.shape[1] == dimension + 1:
         return cells
@@ -233,13 +235,13 @@ def simplexes(cells: np.ndarray, dimension: int) -> np.ndarray:
 
 
 def _are_different(rows: np.ndarray) -> np.ndarray:
-    """In which of the rows (k, corners) no node is there twice."""
+    """Return a mask (k,) of the rows (k, corners) whose nodes all differ."""
     nodes = np.sort(rows, axis=1)
     return (nodes[:, 1:] != nodes[:, :-1]).all(axis=1)
 
 
 def facet_owners(facets: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Number (k,) of the cell that has each facet (k, corners) of the boundary; -1: none has it."""
+    """Return the cell (k,) of each facet (k, corners) of the boundary, -1 if there is none."""
     of_cells, owners = cell_facets(cells, 2 if facets.shape[1] == 2 else 3)
     rows = facet_keys(of_one_kind([of_cells, facets], 2))
     found = find_rows(rows[len(of_cells) :], rows[: len(of_cells)])
@@ -247,7 +249,7 @@ def facet_owners(facets: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 
 def open_rim(facets: np.ndarray) -> np.ndarray:
-    """The rim of a surface: what a lid must hold on to; empty when the surface is closed.
+    """Return the rim of a surface, to which a lid must attach; empty for a closed surface.
 
     facets: (k, 2) edges -> (r, 1) end nodes: those of one edge only, in increasing order.
     facets: (k, 3) triangles or (k, 4) quadrilaterals -> (r, 2) edges: those of one facet only, in
@@ -261,7 +263,7 @@ def open_rim(facets: np.ndarray) -> np.ndarray:
 
 
 def find_rows(rows: np.ndarray, among: np.ndarray) -> np.ndarray:
-    """Position (k,) of each row (k, d) among the rows (n, d), which differ; -1 if not there."""
+    """Return the index (k,) of each row (k, d) among the distinct rows (n, d); -1 if missing."""
     number = _row_numbers(np.concatenate([among, rows]))
     position = np.full(len(number), -1)
     position[number[: len(among)]] = np.arange(len(among))
@@ -269,7 +271,7 @@ def find_rows(rows: np.ndarray, among: np.ndarray) -> np.ndarray:
 
 
 def _row_numbers(rows: np.ndarray) -> np.ndarray:
-    """Numbers (k,) from 0 on of the rows (k, d): the same for equal rows, else different."""
+    """Return numbers (k,) of the rows (k, d), from 0 on, the same for equal rows only."""
     # np.unique(axis=0) compares rows as bytes: ten times slower for a million facets.
     order = np.lexsort(rows.T)
     differs = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
@@ -279,10 +281,9 @@ def _row_numbers(rows: np.ndarray) -> np.ndarray:
 
 
 def signed_volumes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Areas [m^2] of cells in the plane, volumes [m^3] of those in space, (m,); negative when
-    inverted.
+    """Return areas [m^2] of cells in the plane or volumes [m^3] of cells in space (m,).
 
-    A hexahedron's faces are bilinear.
+    They are negative for inverted cells. A hexahedron's faces are bilinear.
     """
     of_corners = _VOLUMES[points.shape[1], cells.shape[1]]
 
@@ -293,21 +294,21 @@ def signed_volumes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 
 def _simplex_volumes(corners: np.ndarray) -> np.ndarray:
-    """Of triangles or tetrahedra (m, d + 1, d) whose first corner is the origin."""
+    """Return areas or volumes of triangles or tetrahedra (m, d + 1, d) from the origin."""
     edges = corners[:, 1:]
     return np.linalg.det(edges) / math.factorial(edges.shape[1])
 
 
 def _quadrilateral_areas(corners: np.ndarray) -> np.ndarray:
-    """Half the product of the diagonals (m, 4, 2)."""
+    """Return the areas of quadrilaterals (m, 4, 2), half the product of the diagonals."""
     diagonals = np.stack([corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]], axis=1)
     return np.linalg.det(diagonals) / 2.0
 
 
 def _hexahedron_volumes(corners: np.ndarray) -> np.ndarray:
-    """By the divergence theorem over the faces of hexahedra (m, 8, 3).
+    """Return the volumes of hexahedra (m, 8, 3) by the divergence theorem over their faces.
 
-    What a bilinear face encloses with the origin is the mean of what it encloses when cut into two
+    The volume between a bilinear face and the origin is the mean of those of the face cut into two
     triangles along the one or the other diagonal.
     """
     faces = corners[:, _LOCAL_FACETS[3, 8]]
@@ -324,9 +325,10 @@ _VOLUMES = {
 
 
 def transformed(mesh: Mesh, rotation: float, shift: np.ndarray) -> Mesh:
-    """The mesh turned by `rotation` [rad] about the origin, then moved by `shift` (2 or 3,) [m].
+    """Return the mesh rotated by `rotation` [rad] about the origin, then moved by `shift` [m].
 
-    The rotation is counter-clockwise in the x-y plane: about the z axis in three dimensions.
+    shift: (2 or 3,). The rotation is counter-clockwise in the x-y plane: about the z axis in three
+    dimensions.
     """
     cosine, sine = np.cos(rotation), np.sin(rotation)
     turn = np.eye(mesh.dimension)
@@ -335,9 +337,9 @@ def transformed(mesh: Mesh, rotation: float, shift: np.ndarray) -> Mesh:
 
 
 def mirrored(mesh: Mesh, axis: int) -> Mesh:
-    """The mirror image of the mesh across the plane through the origin at right angles to an axis.
+    """Return the mirror image of the mesh across the plane through the origin normal to an axis.
 
-    Cells and facets are turned round, which the mirror turns back.
+    The order of the corners of cells and facets is reversed, so that they keep their orientation.
     """
     sign = np.ones(mesh.dimension)
     sign[axis] = -1.0
@@ -350,9 +352,9 @@ def mirrored(mesh: Mesh, axis: int) -> Mesh:
 
 
 def renumbered(mesh: Mesh) -> Mesh:
-    """The same mesh with neighbours close in memory, its sets carried along.
+    """Return the same mesh, with its sets, renumbered so that neighbours are close in memory.
 
-    Nodes in reverse Cuthill-McKee order, cells by their smallest node.
+    Nodes are in reverse Cuthill-McKee order, cells ordered by their smallest node.
     """
     of_cells = incidence(mesh.cells, len(mesh.points))
     adjacency = of_cells.T.tocsr() @ of_cells
@@ -372,7 +374,7 @@ def renumbered(mesh: Mesh) -> Mesh:
 
 
 def incidence(cells: np.ndarray, node_count: int) -> csr_matrix:
-    """Which nodes, of so many, are corners of each of the cells (m, corners): (m, nodes)."""
+    """Return the incidence matrix (m, nodes) of cells (m, corners): True for their corners."""
     starts = np.arange(0, cells.size + 1, cells.shape[1])
     return csr_matrix(
         (np.ones(cells.size, dtype=bool), cells.ravel(), starts), (len(cells), node_count)

@@ -1,4 +1,4 @@
-"""Points of a line in the plane from a text table."""
+"""Reading of points of a line in the plane from a text table."""
 
 import re
 from pathlib import Path
@@ -9,11 +9,11 @@ from softsim.errors import MeshError
 
 
 def read_points(path: Path, length_unit: float) -> np.ndarray:
-    """Points (n, 2) [m], a line of the file each: x and y, between them a comma, a semicolon, a tab
-    or blanks.
+    """Return points (n, 2) [m] from a file with x and y in each line.
 
-    length_unit: metres in one unit of the file. Empty lines and what follows a # are skipped, as is
-    a first line without any number, which names the columns.
+    They are separated by a comma, a semicolon, a tab or blanks. length_unit: metres in one unit of
+    the file. Empty lines and text after a # are skipped, as is a first line without any number,
+    which names the columns.
 
     Raises MeshError, naming file and line, if it cannot be read or a line has not two numbers.
     """
@@ -45,7 +45,7 @@ def read_points(path: Path, length_unit: float) -> np.ndarray:
 
 
 def _value(word: str) -> float:
-    """The number that a word is, not a number if it is none."""
+    """Return the number that a word represents, NaN if it is none."""
     try:
         return float(word)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Whether a mesh can be computed with, and how well it is shaped."""
+"""Checks of a mesh, and measures of its quality."""
 
 import math
 from dataclasses import dataclass
@@ -12,11 +12,13 @@ from softsim.errors import MeshError
 from softsim.mesh.mesh import SURFACE, Mesh, cell_facets, facet_owners, find_rows, signed_volumes
 
 FLAT_CELL = 1e-9
-"""A cell is flat when its volume, or that of the simplex of a corner and its neighbours, is below
-this fraction of its longest edge cubed (2D: squared)."""
+"""Volume over longest edge cubed (2D: squared) below which a cell is flat.
+
+It is also applied to the volume of the simplex of a corner and its neighbours.
+"""
 
 SAME_PLACE = 1e-9
-"""Two nodes are one when they lie closer than this fraction of the bounding box's diagonal."""
+"""Distance over the bounding box's diagonal below which two nodes are the same."""
 
 
 @dataclass(frozen=True)
@@ -49,19 +51,19 @@ class MeshQuality:
 
 @dataclass(frozen=True)
 class Labels:
-    """What the file of a mesh calls its nodes, (n,), and its cells, (m,)."""
+    """Labels of the nodes (n,) and the cells (m,) in the file of a mesh."""
 
     nodes: np.ndarray
     cells: np.ndarray
 
 
 def node_label(number: int, labels: Labels | None) -> int:
-    """What the file calls a node; its number where there are no labels."""
+    """Return the label of a node in the file, or its number where there are no labels."""
     return number if labels is None else int(labels.nodes[number])
 
 
 def cell_name(number: int, labels: Labels | None) -> str:
-    """A cell in a message, as the file calls it; by its number where there are no labels."""
+    """Return the name of a cell for messages: its label in the file, or else its number."""
     return f"cell {number}" if labels is None else f"element {labels.cells[number]}"
 
 
@@ -98,7 +100,7 @@ def check_range(owner: str, numbers: np.ndarray, what: str, count: int) -> None:
 
 
 def piece_count(mesh: Mesh) -> int:
-    """Number of parts of a mesh that share no node."""
+    """Return the number of parts of a mesh that share no node."""
     first, others = mesh.cells[:, :1], mesh.cells[:, 1:]
     rows, columns = np.broadcast_to(first, others.shape).ravel(), others.ravel()
     shape = (len(mesh.points), len(mesh.points))
@@ -219,7 +221,7 @@ def _check_volumes(mesh: Mesh, labels: Labels | None) -> None:
 
 
 def _about_volume(shape: float, at_corners: np.ndarray) -> tuple[str, str]:
-    """Return what is wrong with a cell without volume, and what would be right.
+    """Return a description of a degenerate cell, and of a correct one.
 
     shape: its volume, and at_corners (k,) those of its corners, over the cube of its longest edge;
     in the plane areas over the square.
@@ -252,9 +254,10 @@ def _check_overlaps(mesh: Mesh, labels: Labels | None) -> None:
 
 
 def _check_joints(mesh: Mesh, labels: Labels | None) -> None:
-    """No quadrilateral of one cell meets triangles of others: between them the body would be open.
+    """Raise MeshError if a quadrilateral of one cell meets triangles of others.
 
-    Any three corners of a quadrilateral on the boundary are those of no other facet.
+    Between them the body would be open. Any three corners of a quadrilateral on the boundary are
+    those of no other facet.
     """
     boundary = mesh.facet_sets[SURFACE]
     if boundary.shape[1] < 4:
@@ -291,9 +294,9 @@ def _check_facets(mesh: Mesh) -> None:
 
 
 def _from_smallest_node(facets: np.ndarray) -> np.ndarray:
-    """The facets, orientation kept: those of space from their smallest node on, edges as they are.
+    """Return the facets, orientation kept: those of space from their smallest node on.
 
-    A triangle among quadrilaterals still has its last corner twice.
+    Edges are unchanged. A triangle among quadrilaterals still has its last corner twice.
     """
     corners = facets.shape[1]
     if corners == 2:
@@ -322,9 +325,9 @@ _ACROSS = np.array([2, 3, 0, 1, 6, 7, 4, 5])
 
 
 def corner_edges(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (m, corners, d, d) [m] from each corner of each cell, and whether there is a corner.
+    """Return the edges (m, corners, d, d) [m] from each corner of each cell, and a mask of corners.
 
-    There is none, (m, corners) False, where one of its edges has collapsed to a point.
+    The mask (m, corners) is False where one of the corner's edges has collapsed to a point.
     """
     neighbours = _NEIGHBOURS[mesh.dimension, mesh.cells.shape[1]]
     own, ends = mesh.cells[:, :, None], mesh.cells[:, neighbours]
@@ -336,20 +339,22 @@ def corner_edges(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _longest(edges: np.ndarray) -> np.ndarray:
-    """The longest edge (m,) [m] of each cell, its edges (m, corners, d, d)."""
+    """Return the longest edge (m,) [m] of each cell, from its edges (m, corners, d, d)."""
     return np.linalg.norm(edges, axis=3).max(axis=(1, 2))
 
 
 def _best_altitude(mesh: Mesh) -> float:
-    """Altitude of the best cell of this kind, its edges 1 long."""
+    """Return the altitude of the best cell of this kind with edges of length 1."""
     if mesh.cells.shape[1] > mesh.dimension + 1:
         return 1.0
     return float(np.sqrt(3 / 4) if mesh.dimension == 2 else np.sqrt(2 / 3))
 
 
 def _normals_between(edges: np.ndarray) -> np.ndarray:
-    """Inward normals (m, corners, d, d) of the sides at each corner, as long as the parallelograms
-    of their edges are large, in the plane as their edge is long. Side i has all edges but edge i.
+    """Return the inward normals (m, corners, d, d) of the sides at each corner.
+
+    Their length is the area of the parallelograms of the edges, in the plane the length of the
+    edge. Side i has all edges but edge i.
     """
     if edges.shape[-1] == 2:
         return np.stack([edges[..., 1, ::-1] * [1, -1], edges[..., 0, ::-1] * [-1, 1]], axis=-2)
@@ -360,7 +365,7 @@ def _normals_between(edges: np.ndarray) -> np.ndarray:
 
 
 def _angles(normals: np.ndarray) -> np.ndarray:
-    """Angles [rad] between the sides at each corner, their unit normals (m, corners, d, d)."""
+    """Return the angles [rad] between the sides at each corner, from unit normals."""
     first, second = np.triu_indices(normals.shape[2], k=1)
     cosines = -np.einsum("cpni,cpni->cpn", normals[:, :, first], normals[:, :, second])
     return np.arccos(np.clip(cosines, -1, 1))

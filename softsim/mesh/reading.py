@@ -33,7 +33,7 @@ from softsim.mesh.quality import (
 log = logging.getLogger(__name__)
 
 FORMATS = (".msh", ".vtu", ".inp")
-"""File name extensions of gmsh, VTK and ABAQUS, the formats that are read."""
+"""File name extensions of the formats that are read: gmsh, VTK and ABAQUS."""
 CAD = (".step", ".stp", ".iges", ".igs", ".brep")
 SURFACES = (".stl", ".obj", ".ply", ".off")
 
@@ -42,14 +42,14 @@ _Sets = dict[str, np.ndarray]
 
 @dataclass(frozen=True)
 class MeshFile:
-    """The body in a mesh file, and what was done to make it fit.
+    """Body in a mesh file, and what was changed to make it valid.
 
-    element_type: CPE3, CAX4R and the like, as ABAQUS calls the first of the elements (a hybrid one
-        without its H), "" if the file names no formulation (.msh, .vtu).
-    turned_cells: how many cells were inverted and have been turned.
-    dropped_nodes: how many reference points of an assembly have been left out.
-    midside_nodes: how many mid-side nodes of second-order cells have been left out.
-    not_read: what the file says besides the body, see `Content`.
+    element_type: CPE3, CAX4R and the like, ABAQUS's type of the first element (a hybrid one without
+        its H), "" if the file names no formulation (.msh, .vtu).
+    turned_cells: number of inverted cells that have been turned.
+    dropped_nodes: number of reference points of an assembly that have been left out.
+    midside_nodes: number of mid-side nodes of second-order cells that have been left out.
+    not_read: what the file contains besides the body, see `Content`.
     """
 
     mesh: Mesh
@@ -61,7 +61,7 @@ class MeshFile:
 
     @property
     def changes(self) -> tuple[str, ...]:
-        """Texts that say what reading the file changed."""
+        """Messages about what reading the file changed."""
         counted = {
             "inverted cells turned": self.turned_cells,
             "reference points ignored": self.dropped_nodes,
@@ -77,14 +77,16 @@ def read_mesh(
     *,
     reduce_order: bool = False,
 ) -> MeshFile:
-    """Return the body in a mesh file: its tetrahedra, pyramids, wedges and hexahedra if it has any,
-    otherwise its triangles and quadrilaterals.
+    """Return the body in a mesh file: its cells in space if it has any, otherwise its plane cells.
+
+    Cells in space are tetrahedra, pyramids, wedges and hexahedra, plane cells triangles and
+    quadrilaterals.
 
     length_unit: metres in one unit of the file, 1e-3 for a mesh drawn in millimetres. instance:
-    which instance of an ABAQUS file, see `read_abaqus`. reduce_order: read second-order cells as
-    linear ones, without their mid-side nodes. Triangles
-    and quadrilaterals must lie in a plane z = constant; z is dropped. Inverted cells are turned and
-    reference points dropped; a warning is logged about either, and about a body in several pieces.
+    instance of an ABAQUS file, see `read_abaqus`. reduce_order: read second-order cells as linear
+    ones, without their mid-side nodes. Triangles and quadrilaterals must lie in a plane z =
+    constant; z is dropped. Inverted cells are turned and reference points dropped; a warning is
+    logged about either, and about a body in several pieces.
 
     A set of cells (gmsh physical group, ABAQUS element set) gives a cell set; a group of lines (in
     3D: of triangles and quadrilaterals) or an ABAQUS surface gives a facet set, oriented with the
@@ -118,7 +120,7 @@ def read_mesh(
 
 
 def _no_mesh(path: Path, suffix: str) -> MeshError:
-    """Return the error for a file of a format that holds no mesh of a body, or is not read."""
+    """Return the error for a file without a mesh of a body, or with one that cannot be read."""
     if suffix in CAD:
         what = "is CAD geometry, not a mesh"
     elif suffix in SURFACES:
@@ -202,7 +204,7 @@ def _made_fit(content: Content, length_unit: float, path: Path) -> MeshFile:
 
 
 def refuse_loose_nodes(loose: np.ndarray, content: Content) -> None:
-    """Every node of the body belongs to a cell: one that does not would have no mass."""
+    """Raise MeshError for a node that belongs to no cell, which would have no mass."""
     if len(loose):
         place = ", ".join(f"{c:g}" for c in content.points[loose[0]])
         raise MeshError(
@@ -228,7 +230,7 @@ def _coordinates(points: np.ndarray, dimension: int) -> np.ndarray:
 
 
 def _node_sets(sets: _Sets, number: np.ndarray, path: Path) -> _Sets:
-    """The sets with the nodes' new numbers (old -> new, -1 for a node that is left out)."""
+    """Return the sets with the nodes' new numbers (old -> new, -1 for a node that is left out)."""
     kept = {}
     for name, nodes in sets.items():
         check_range(f"node set '{name}'", nodes, "node", len(number))
@@ -242,7 +244,7 @@ def _node_sets(sets: _Sets, number: np.ndarray, path: Path) -> _Sets:
 
 
 def _plain_names(sets: _Sets) -> _Sets:
-    """The sets under names that a scene can write; two must not become one."""
+    """Return the sets under names that a scene can contain; two must not become one."""
     plain: _Sets = {}
     before: dict[str, str] = {}
     for name, members in sets.items():

@@ -1,4 +1,4 @@
-"""Closed surfaces: triangles from STL files, finer facets of the same shape."""
+"""Closed surfaces: triangles from STL files, and refinement of facets."""
 
 import logging
 from dataclasses import dataclass
@@ -13,24 +13,27 @@ from softsim.mesh.file_reading import meshio_mesh
 log = logging.getLogger(__name__)
 
 MOST_FACETS = 200_000
-"""Facets into which a surface is divided, at most."""
+"""Largest number of facets into which a surface is divided."""
 
 FLAT = 1e-5
-"""Height of a triangle over its longest side below which its normal is rounding."""
+"""Height of a triangle over its longest side below which its normal is round-off."""
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceMesh:
-    """points (n, 3) [m]; triangles (m, 3), their normals outwards by the right-hand rule."""
+    """Closed surface of triangles (m, 3) with points (n, 3) [m].
+
+    Normals are outwards by the right-hand rule.
+    """
 
     points: np.ndarray
     triangles: np.ndarray
 
 
 def read_surface(path: Path, length_unit: float) -> SurfaceMesh:
-    """The closed surface in an STL file, binary or ASCII.
+    """Return the closed surface in an STL file, binary or ASCII.
 
-    length_unit: metres in one unit of the file. Corners with the very same coordinates are one
+    length_unit: metres in one unit of the file. Corners with exactly the same coordinates are one
     point. A triangle two of whose corners are one point is left out, and a warning logged. A
     surface that is inside out as a whole is turned.
 
@@ -58,13 +61,16 @@ def read_surface(path: Path, length_unit: float) -> SurfaceMesh:
 
 
 def signed_volume(points: np.ndarray, triangles: np.ndarray) -> float:
-    """Enclosed volume, a sixth of the sum of a . (b x c); positive if the normals are outwards."""
+    """Return the enclosed volume, a sixth of the sum of a . (b x c).
+
+    It is positive if the normals are outwards.
+    """
     a, b, c = np.moveaxis(points[triangles] - points.mean(axis=0), 1, 0)
     return float((a * np.cross(b, c)).sum() / 6.0)
 
 
 def refuse_open(path: Path, points: np.ndarray, triangles: np.ndarray) -> None:
-    """Each edge has two triangles, which pass it in opposite directions."""
+    """Raise MeshError unless each edge has two triangles that pass it in opposite directions."""
     directed = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
     edges, counts = np.unique(np.sort(directed, axis=1), axis=0, return_counts=True)
     open_edges = np.flatnonzero(counts != 2)
@@ -151,7 +157,7 @@ def divided(
 
 
 def depth_in_surface(places: np.ndarray, points: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Return how deep (k,) [m] places (k, d) lie inside a closed surface, 0 outside.
+    """Return the depth (k,) [m] of points (k, d) inside a closed surface, 0 outside.
 
     points (n, d) [m]; facets (f, d): edges or triangles, their normals outwards.
     """
@@ -166,10 +172,10 @@ def depth_in_surface(places: np.ndarray, points: np.ndarray, facets: np.ndarray)
 
 
 def winding(place: np.ndarray, corners: np.ndarray) -> float:
-    """Return how often facets (f, d, d) wind around a place: 1 inside a closed surface, 0 outside.
+    """Return the winding number of facets (f, d, d) about a point.
 
-    In space the sum of the facets' solid angles over 4 pi (Van Oosterom and Strackee, IEEE Trans.
-    Biomed. Eng. 30 (1983) 125).
+    It is 1 inside a closed surface, 0 outside. In space it is the sum of the facets' solid angles
+    over 4 pi (Van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125).
     """
     arms = corners - place
     if arms.shape[2] == 2:
@@ -184,8 +190,9 @@ def winding(place: np.ndarray, corners: np.ndarray) -> float:
 
 
 def in_order(edges: np.ndarray) -> np.ndarray:
-    """Sort edges (k, 2) so that each begins where the one before it ends, chain after chain; open
-    chains come first.
+    """Return edges (k, 2) sorted so that each begins where the one before it ends, chain by chain.
+
+    Open chains come first.
     """
     leaving: dict[int, list[int]] = {}
     for k, (begin, _) in enumerate(edges.tolist()):
@@ -200,6 +207,6 @@ def in_order(edges: np.ndarray) -> np.ndarray:
 
 
 def _edge(points: np.ndarray, edge: np.ndarray) -> str:
-    """An edge as people read it, in the file's unit."""
+    """Return an edge as text, in the file's unit."""
     ends = ["(" + ", ".join(f"{c:g}" for c in points[k]) + ")" for k in edge]
     return f"from {ends[0]} to {ends[1]} in the unit of the file"

@@ -1,11 +1,12 @@
 """Rigid bodies: mass, inertia, up to six degrees of freedom, nodes tied to them.
 
-Newton and Euler, dp/dt = F and dL/dt = T about the centre of mass, by the same central difference
-as the nodes: velocity and angular momentum L live at half steps, so L is kept to round-off in free
-flight. The angular velocity of a step is omega = R I^-1 R^T L with the rotation R of its middle,
-which is predicted from its start; the orientation, a unit quaternion, then turns by exactly
-omega dt. A body of a plane model is the special case that turns about z only. The lumped mass of
-tied nodes counts as mass of the body, so momentum is kept between the skin and its frame.
+The equations of Newton and Euler, dp/dt = F and dL/dt = T about the centre of mass, are integrated
+by the same central difference as the nodes: velocity and angular momentum L are at half steps, so L
+is conserved to round-off in free flight. The angular velocity of a step is omega = R I^-1 R^T L
+with the rotation R at its middle, which is predicted from its start; the orientation, a unit
+quaternion, then rotates by exactly omega dt. A body of a plane model is the special case that
+rotates about z only. The lumped mass of tied nodes belongs to the body, so momentum is conserved
+between the skin and its frame.
 """
 
 import numpy as np
@@ -20,12 +21,11 @@ from softsim.rigid.body import RigidBodyData, in_space
 class RigidBodies:
     """All rigid bodies of a model.
 
-    Fields, (scenarios, bodies): centre (d) [m], orientation (quaternion w, x, y, z), rotation
-    (3, 3), velocity (d) [m/s] and angular_momentum (3) [kg m^2/s] (half a step behind),
-    angular_velocity (3) [rad/s] of the last step, force (d) [N] and torque (3) [N m] (the last ones
-    summed, of what is free), held_force (d) [N] (of what is not), applied_force (what loads put on
-    the body this increment), spring_force and spring_torque (what springs do), applied_work and
-    damping_work [J].
+    Fields, (scenarios, bodies): centre (d) [m], orientation (quaternion w, x, y, z), rotation (3,
+    3), velocity (d) [m/s] and angular_momentum (3) [kg m^2/s] (half a step behind),
+    angular_velocity (3) [rad/s] of the last step, force (d) [N] and torque (3) [N m] (last sums, of
+    the free components), held_force (d) [N] (of the others), applied_force (of the loads in this
+    increment), spring_force and spring_torque (of the springs), applied_work and damping_work [J].
     """
 
     def __init__(self, nodes: Nodes, bodies: list[RigidBodyData], points: np.ndarray) -> None:
@@ -71,13 +71,14 @@ class RigidBodies:
         self._reactions: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in bodies]
 
     def react(self, body: int, first_slot: int, slot_nodes: np.ndarray) -> None:
-        """Let `body` feel the opposite of the forces in the slots from `first_slot` on, which act
-        at `slot_nodes`.
+        """Apply the opposite of the forces in the slots from `first_slot` on to `body`.
+
+        The forces act at `slot_nodes`.
         """
         self._reactions[body].append((first_slot + np.arange(len(slot_nodes)), slot_nodes))
 
     def allocate(self) -> None:
-        """Make the lists of reaction slots, once every term has claimed its slots."""
+        """Build the lists of reaction slots, after every term has reserved its slots."""
         none = np.zeros(0, int)
         slots = [np.concatenate([none, *(s for s, _ in r)]) for r in self._reactions]
         at = [np.concatenate([none, *(n for _, n in r)]) for r in self._reactions]
@@ -95,7 +96,7 @@ class RigidBodies:
         return {name: getattr(self, name) for name in names}
 
     def forget_loads(self) -> None:
-        """Take off what loads and springs put on the bodies in the last increment."""
+        """Set the loads and spring forces of the last increment to zero."""
         for last in (self.applied_force, self.spring_force, self.spring_torque):
             fields.write(last, 0.0)
 
@@ -103,7 +104,7 @@ class RigidBodies:
 
     @ti.func
     def to_space(self, s, r, q):
-        """A vector (d) of the body's axes, in space."""
+        """Transform a vector (d) from the body's axes to space."""
         result = ti.Vector.zero(backend.real, self.dimension)
         for i in ti.static(range(self.dimension)):
             for j in ti.static(range(self.dimension)):
@@ -112,7 +113,7 @@ class RigidBodies:
 
     @ti.func
     def to_body(self, s, r, x):
-        """A vector (d) in space, in the body's axes."""
+        """Transform a vector (d) from space to the body's axes."""
         result = ti.Vector.zero(backend.real, self.dimension)
         for i in ti.static(range(self.dimension)):
             for j in ti.static(range(self.dimension)):
@@ -121,7 +122,7 @@ class RigidBodies:
 
     @ti.func
     def lifted(self, q):
-        """A vector (d) as one of space (3)."""
+        """Return a vector (d) as one of space (3)."""
         result = ti.Vector([0.0, 0.0, 0.0])
         for i in ti.static(range(self.dimension)):
             result[i] = q[i]
@@ -129,7 +130,7 @@ class RigidBodies:
 
     @ti.func
     def velocity_at(self, s, r, x):
-        """Velocity of the body's material point now at x [m/s]."""
+        """Return the velocity of the body's material point now at x [m/s]."""
         turning = self.angular_velocity[s, r].cross(self.lifted(x - self.centre[s, r]))
         velocity = self.velocity[s, r]
         for i in ti.static(range(self.dimension)):
@@ -138,19 +139,19 @@ class RigidBodies:
 
     @ti.func
     def displacement(self, s, r):
-        """Of the centre of mass since the start [m]."""
+        """Return the displacement of the centre of mass since the start [m]."""
         return self.centre[s, r] - self.rest[r]
 
     @ti.func
     def turning_speed(self, r, R, L):
-        """omega = R I^-1 R^T L, without the rotations that are held."""
+        """Return omega = R I^-1 R^T L without the rotations that are held."""
         return self.free_rotation[r] * (R @ (self.inverse_inertia[r] @ (R.transpose() @ L)))
 
     # --- one increment ---------------------------------------------------------------------------
 
     @ti.func
     def drift(self, s, r, t, dt):
-        """Move the body by dt; forget the last forces of loads and springs."""
+        """Move the body by dt and reset the forces of loads and springs."""
         self.centre[s, r] = self.centre[s, r] + dt * self.velocity[s, r]
         q = self.orientation[s, r]
         L = self.angular_momentum[s, r]
@@ -166,7 +167,7 @@ class RigidBodies:
 
     @ti.func
     def place_tied(self, s, k, t, dt):
-        """Place tied node number k."""
+        """Set position and velocity of tied node number k."""
         a, r = self.tied[k], self.body_of_tied[k]
         x = self.centre[s, r] + self.to_space(s, r, self.arm[k])
         self.nodes.position[s, a] = x
@@ -174,28 +175,28 @@ class RigidBodies:
 
     @ti.func
     def apply(self, s, r, force):
-        """A load at the centre of mass [N]."""
+        """Add a load at the centre of mass [N]."""
         self.applied_force[s, r] = self.applied_force[s, r] + force
 
     @ti.func
     def hold(self, s, r, force):
-        """A spring's force at the centre of mass [N]: its energy is stored, no load's work."""
+        """Add a spring's force at the centre of mass [N], which does not count as work of loads."""
         self.spring_force[s, r] = self.spring_force[s, r] + force
 
     @ti.func
     def hold_at(self, s, r, force, arm):
-        """As `hold`, at `arm` (d) [m] from the centre of mass, in space."""
+        """Add a spring's force at `arm` (d) [m] from the centre of mass, in space."""
         self.hold(s, r, force)
         self.twist(s, r, self.lifted(arm).cross(self.lifted(force)))
 
     @ti.func
     def twist(self, s, r, torque):
-        """A spring's torque (3) [N m]: its energy is stored, no load's work."""
+        """Add a spring's torque (3) [N m], which does not count as work of loads."""
         self.spring_torque[s, r] = self.spring_torque[s, r] + torque
 
     @ti.func
     def collect(self, s, i, t, dt):
-        """Force and torque of the forces on tied nodes and of the reactions, a part of them."""
+        """Sum force and torque of a part of the tied nodes and of the reactions."""
         r = i // PARTS
         centre = self.centre[s, r]
         force = ti.Vector.zero(backend.real, self.dimension)
@@ -215,7 +216,7 @@ class RigidBodies:
 
     @ti.func
     def kick(self, s, r, t, dt):
-        """New velocities from the collected forces, loads, springs and gravity."""
+        """Update the velocities by the collected forces, loads, springs and gravity."""
         force = self.applied_force[s, r] + self.spring_force[s, r]
         torque = self.spring_torque[s, r]
         for i in range(r * PARTS, (r + 1) * PARTS):
@@ -232,7 +233,7 @@ class RigidBodies:
 
     @ti.func
     def shift(self, s, r, t, dt):
-        """Move the velocities by dt with the last force and torque, and book the loads' work."""
+        """Update the velocities by dt with the last force and torque, and add the loads' work."""
         before = self.velocity[s, r]
         after = before + dt / self.mass[r] * self.force[s, r]
         self.velocity[s, r] = after
@@ -243,8 +244,9 @@ class RigidBodies:
 
     @ti.func
     def damp(self, s, r, dt, v, omega):
-        """Local damping of force and torque, as of the nodes (Nodes.shift_damped); v, omega: the
-        velocities before the kick, against which it acts.
+        """Apply the local damping of force and torque, as for nodes (Nodes.shift_damped).
+
+        v, omega: velocities before the update, which it opposes.
         """
         share = self.nodes.local_damping[s]
         f_d = share * ti.abs(self.force[s, r]) * ti.math.sign(v)
@@ -259,8 +261,10 @@ class RigidBodies:
 
     @ti.func
     def kinetic_energy(self, s, dt):
-        """Kinetic energy of all bodies [J], at the time of their positions: velocities less half a
-        kick of dt. Prescribed components do not count: their drive works against forces only.
+        """Return the kinetic energy of all bodies [J] at the time of their positions.
+
+        Velocities are taken half an update of dt earlier. Prescribed components do not count: their
+        drive does work against forces only.
         """
         energy = ti.cast(0.0, backend.real)
         for r in range(self.count):
@@ -273,7 +277,7 @@ class RigidBodies:
 
     @ti.func
     def weight_work(self, s):
-        """Work of all bodies' weight since the start [J]."""
+        """Return the work of all bodies' weight since the start [J]."""
         work = ti.cast(0.0, backend.real)
         for r in range(self.count):
             work += self.mass[r] * self.displacement(s, r).dot(self.nodes.gravity[s])
@@ -281,7 +285,7 @@ class RigidBodies:
 
     @ti.func
     def damped_energy(self, s):
-        """Taken out by local damping so far [J]."""
+        """Return the energy dissipated by local damping so far [J]."""
         energy = ti.cast(0.0, backend.real)
         for r in range(self.count):
             energy += self.damping_work[s, r]
@@ -289,8 +293,9 @@ class RigidBodies:
 
     @ti.func
     def work_done(self, s, dt):
-        """Work of the loads on all bodies [J] up to the time of the positions: without the second
-        half of the last kick of dt.
+        """Return the work of the loads on all bodies [J] up to the time of the positions.
+
+        It excludes the second half of the last update of dt.
         """
         work = ti.cast(0.0, backend.real)
         for r in range(self.count):
@@ -301,7 +306,7 @@ class RigidBodies:
 
 @ti.func
 def rotation_matrix(q):
-    """The rotation (3, 3) of a unit quaternion (w, x, y, z)."""
+    """Return the rotation matrix (3, 3) of a unit quaternion (w, x, y, z)."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     return ti.Matrix(
         [
@@ -314,7 +319,7 @@ def rotation_matrix(q):
 
 @ti.func
 def turned(q, angle):
-    """The orientation q, turned in space by the rotation vector `angle` (3) [rad]."""
+    """Return the orientation q rotated in space by the rotation vector `angle` (3) [rad]."""
     half = 0.5 * angle.norm()
     scale = 0.5 - half * half / 12.0  # sin(half) / (2 half); steps turn by little
     if half > 1e-3:

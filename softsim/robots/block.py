@@ -46,7 +46,7 @@ def block(length: float, height: float, element_size: float, cells: CellKind = "
 
 
 def check_cell_count(count: float, element_size: float) -> None:
-    """Raise MeshError where elements of this size [m] are more than a reasonable memory holds."""
+    """Raise MeshError if the number of elements of this size [m] exceeds LARGEST_GRID."""
     if count > LARGEST_GRID:
         raise MeshError(
             f"element_size is {1e3 * element_size:g} mm and makes at least {count:.3g} elements; "
@@ -56,13 +56,13 @@ def check_cell_count(count: float, element_size: float) -> None:
 
 
 def grid_cells(node: np.ndarray) -> np.ndarray:
-    """Quadrilaterals (m, 4) of a grid of node numbers (rows, columns), counter-clockwise."""
+    """Return the quadrilaterals (m, 4) of a grid of nodes (rows, columns), counter-clockwise."""
     corners = node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]
     return np.stack(corners, axis=-1).reshape(-1, 4)
 
 
 def _union_jack(node: np.ndarray) -> np.ndarray:
-    """Triangles (m, 3) of a grid of node numbers, the diagonals alternating like a chessboard."""
+    """Return the triangles (m, 3) of a grid of nodes, with alternating diagonals."""
     a, b, c, d = node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]
     rising = np.stack([a, b, c, a, c, d], axis=-1)
     falling = np.stack([a, b, d, b, c, d], axis=-1)

@@ -80,9 +80,9 @@ def leafbot_section(
 
 
 def _on_its_limbs(strip: Mesh, height: float, under_head: np.ndarray) -> Mesh:
-    """A strip with its spikes upwards, turned over about its axis: they stand on y = 0.
+    """Return a strip with its spikes upwards turned over about its axis, standing on y = 0.
 
-    under_head: from where to where along x the head stands on top (2,) [m].
+    under_head: interval along x in which the head stands on top (2,) [m].
     """
     section = transformed(mirrored(strip, 1), 0.0, np.array([0.0, height]))
     nodes, cells = section.node_sets, section.cell_sets

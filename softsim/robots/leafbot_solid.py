@@ -20,11 +20,13 @@ from softsim.robots.strip import even
 from softsim.robots.swept import layers_across, section, swept
 
 LAYER_STRETCH = 3.5
-"""Length of the cells between the limbs along z over that in the section: nothing but the backbone
-is there, which bends little across."""
+"""Length of the cells between the limbs along z over that in the section.
+
+Only the backbone is there, which bends little across.
+"""
 
 SIDES = {"left": -1.0, "right": 1.0}
-"""By the sign of z: the robot goes along +x, and +y is up."""
+"""Sign of z of each side; the robot moves along +x, and +y is up."""
 
 
 def leafbot_solid(
@@ -126,7 +128,7 @@ def leafbot_solid(
 def _check_across(
     width: float, limb_width: float, limb_distance: float, side_distance: float
 ) -> None:
-    """The limbs of a row stand beside each other below the backbone."""
+    """Raise MeshError unless the limbs of a row fit beside each other below the backbone."""
     if limb_distance <= limb_width:
         raise MeshError(
             f"limb_distance is {1e3 * limb_distance:.4g} mm and the limbs of a side overlap; "
@@ -150,10 +152,11 @@ def _check_across(
 def _across(
     limbs: np.ndarray, limb_width: float, width: float, layers: int, longest: float
 ) -> tuple[np.ndarray, list[bool]]:
-    """Where the layers across end along z [m], and which of them limbs fill.
+    """Return the ends of the layers along z [m], and a flag for each that is True if limbs fill it.
 
-    limbs: middles of the limbs along z, ascending. layers: across each. longest: about that of the
-    other layers; their number is even between two limbs, so that there are nodes in the middle.
+    limbs: middles of the limbs along z, ascending. layers: number across each. longest: approximate
+    length of the other layers; their number is even between two limbs, so that there are nodes in
+    the middle.
     """
     flanks = (limbs[:, None] + np.array([-limb_width, limb_width]) / 2).ravel()
     edges = np.concatenate([[-width / 2], flanks, [width / 2]])
@@ -170,9 +173,9 @@ def _across(
 
 
 def _with_sides(body: Mesh, reach: np.ndarray) -> Mesh:
-    """A swept strip upside down, its sets by what they are on Leafbot.
+    """Return a swept strip, standing on its limbs, with the sets of Leafbot.
 
-    reach: from where to where the head of the right side stands on top, (2,) along x, along z [m].
+    reach: interval in which the head of the right side stands on top, (2,) along x, along z [m].
     """
     x, _, z = body.points.T
     sets = body.node_sets

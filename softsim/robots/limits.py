@@ -1,4 +1,4 @@
-"""Limits on dimensions that several bodies share, refused by the name of the parameter."""
+"""Limits on dimensions that several bodies share; errors name the parameter."""
 
 import math
 
@@ -35,8 +35,10 @@ def check_lean(lean: float) -> None:
 
 
 def check_counts(kind: CellKind, **counts: int | None) -> None:
-    """Raise MeshError, naming the first of the numbers of cells that is given where it cannot be,
-    or is less than one: those of triangles and tetrahedra follow from element_size.
+    """Raise MeshError for a number of cells that is less than one or must not be given.
+
+    Numbers of triangles and tetrahedra follow from element_size. The error names the first such
+    number.
     """
     for name, count in counts.items():
         if count is None:
@@ -57,8 +59,9 @@ def check_at_least_one(**counts: int) -> None:
 
 
 def least_thickness(kind: CellKind, element_size: float, tip_thickness: float) -> float:
-    """How thick [m] a spike must be everywhere: triangles keep their size, while quadrilaterals
-    are as thin as the spike.
+    """Return the least thickness [m] of a spike.
+
+    Triangles keep their size, while quadrilaterals are as thin as the spike.
     """
     return {"simplex": element_size, "quad": min(element_size, tip_thickness / 2)}[kind]
 
@@ -87,8 +90,9 @@ def check_rows(
 
 
 def check_pitch(what: str, pitch: float, root: float, element_size: float) -> None:
-    """Raise MeshError unless neighbours whose middles are `pitch` [m] apart have an element between
-    their roots.
+    """Raise MeshError unless neighbours have an element between their roots.
+
+    pitch: distance [m] of their middles.
     """
     if pitch < root + element_size:
         raise MeshError(

@@ -93,7 +93,7 @@ def pfr_section(
 
 
 def _mirrored_pair(strip: Mesh, distance: float) -> Mesh:
-    """The strip moved outward to y = distance, and its mirror image below the axis."""
+    """Return the strip moved outward to y = distance, and its mirror image below the axis."""
     top = transformed(strip, 0.0, np.array([0.0, distance]))
     bottom = mirrored(top, 1)
     nodes = {name: s for name, s in top.node_sets.items() if name != SURFACE}
@@ -111,7 +111,7 @@ def _mirrored_pair(strip: Mesh, distance: float) -> Mesh:
 
 
 def _sided(top: dict[str, np.ndarray], bottom: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Each set X as X_top, X_bottom and X, the two together."""
+    """Return each set X as X_top, X_bottom and X, which has both."""
     sets = {}
     for name in top:
         sets[name] = np.concatenate([top[name], bottom[name]])

@@ -11,7 +11,7 @@ from softsim.robots.limits import check_counts, check_positive, check_rows, chec
 from softsim.robots.strip import ROWS, Fin, even_columns, finned_strip, upright
 
 FEWEST_ROWS: dict[CellKind, int] = {"simplex": 4, "quad": 1}
-"""Fewest rows of cells through the skin: what its bending needs."""
+"""Smallest number of rows of cells through the skin, required for its bending."""
 
 
 def pfr_meridian(

@@ -106,7 +106,7 @@ def pfr_solid(
 
 
 def _check_around(count: int, width: float, outer_diameter: float, element_size: float) -> None:
-    """Neighbouring spikes leave room for an element between their roots."""
+    """Raise MeshError unless neighbouring spikes have an element between their roots."""
     if count < 1:
         raise MeshError(
             f"spikes_around is {count}; it must be 1 or more",
@@ -137,7 +137,7 @@ def _around(
     element_size: float,
     kind: CellKind,
 ) -> Mesh:
-    """The strip swept around the axis at the radius `inner`, its spikes within their width only.
+    """Return the strip swept around the axis at the radius `inner`, spikes in their width only.
 
     across: cells across the width of a spike. element_size [m]: of those in the section.
     """
@@ -170,7 +170,7 @@ def _around(
 
 
 def _with_knots_and_equators(body: Mesh) -> dict[str, np.ndarray]:
-    """Node sets of the swept strip, its ends by what holds them, and the middle of its sides."""
+    """Return the node sets of the swept strip with knots at its ends and equators at its middle."""
     sets = dict(body.node_sets)
     rear, front = sets.pop("rear"), sets.pop("front")
     sets |= {"knot_front": front, "knot_rear": rear, "knots": np.concatenate([front, rear])}

@@ -1,8 +1,8 @@
-"""A pneu-net: a finger with chambers on a common channel, which bends when it is inflated.
+"""Pneu-net: a finger with chambers on a common channel, which bends when it is inflated.
 
-Fast pneu-nets have chambers with gaps between (Mosadegh et al. 2014, Adv. Funct. Mater.
-24:2163-2170): inflated, their walls bulge and press each other apart, and as the base does not
-stretch, the finger bends. The side walls hold the chambers, so this is a body in space.
+Fast pneu-nets have chambers with gaps between them (Mosadegh et al. 2014, Adv. Funct. Mater.
+24:2163-2170): on inflation their walls bulge and push each other apart, and since the base does not
+stretch, the finger bends. The side walls support the chambers, so this is a body in space.
 """
 
 import numpy as np
@@ -105,8 +105,10 @@ def pneunet(
 
 
 def divided(sizes: list[float], element_size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Places (n + 1,) [m] that divide stretches of these sizes, one after another, into equal parts
-    no longer than `element_size`, and the number of the stretch of each part (n,).
+    """Return positions (n + 1,) [m] that divide intervals of these sizes, one after another.
+
+    Parts are equal within an interval and no longer than `element_size`. Also return the number of
+    the interval of each part (n,).
     """
     check_cell_count(sum(sizes) / element_size, element_size)
     counts = [max(1, int(np.ceil(size / element_size - 1e-9))) for size in sizes]
@@ -115,20 +117,22 @@ def divided(sizes: list[float], element_size: float) -> tuple[np.ndarray, np.nda
 
 
 def inside(chambers: int) -> np.ndarray:
-    """Whether there is material at each stretch of heights and of lengths (5, 4 chambers - 1)."""
+    """Return a mask (5, 4 chambers - 1), True for material, over heights and lengths."""
     units = [CHAMBER, WALL, GAP, WALL] * chambers
     return np.array([END_WALL, *units[: 4 * chambers - 3], END_WALL]).T
 
 
 def beside(chambers: int) -> np.ndarray:
-    """The same in the wall at the side, which closes chambers and channel."""
+    """Return the same map for the wall at the side, which closes chambers and channel."""
     units = [END_WALL, END_WALL, END_WALL, BESIDE_GAP] * chambers
     return np.array(units[:-1]).T
 
 
 def with_sides(points: np.ndarray, cells: np.ndarray) -> Mesh:
-    """The mesh with its sets. Beside the plane of symmetry its boundary has two parts: the one with
-    the lowest node is the outside, the other the inside.
+    """Return the mesh with its sets.
+
+    Without the plane of symmetry its boundary has two parts: the one with the lowest node is the
+    outside, the other the inside.
     """
     surface, (x, y, z) = boundary_facets(cells, 3), points.T
     skin = surface[(z[surface] > 0.0).any(axis=1)]

@@ -1,4 +1,4 @@
-"""The curved spike, on the PufferFace Robot as on Leafbot: a fin between two circular arcs.
+"""Curved spike of the PufferFace Robot and of Leafbot: a fin between two circular arcs.
 
 It stands on a skin along x, its root centred on the origin. Both arcs bulge forward (+x), so that
 the front edge is convex and the rear edge concave; its tip face is parallel to the skin.
@@ -14,18 +14,23 @@ from softsim.mesh.band import CellKind
 from softsim.robots.block import check_cell_count
 
 SHARPEST_TIP = np.radians(15)
-"""Smallest angle [rad] between rear edge and tip face: the blade below it has no cell to fit in."""
+"""Smallest angle [rad] between rear edge and tip face.
+
+No cell fits into a sharper tip.
+"""
 
 EQUILATERAL = np.radians(60)
 
 FLATTEST_MEETING = np.radians(30)
-"""Smallest angle [rad] at which the line of the tip face may meet the front edge: below it the
-cells beside the tip's front corner are slivers."""
+"""Smallest angle [rad] at which the line of the tip face may meet the front edge.
+
+Below it the cells beside the tip's front corner are slivers.
+"""
 
 
 @dataclass(frozen=True)
 class Arc:
-    """A circular arc around `center` (2,) [m], counter-clockwise, angles [rad] from the x axis."""
+    """Circular arc about `center` (2,) [m], counter-clockwise, angles [rad] from the x axis."""
 
     center: np.ndarray
     radius: float
@@ -33,12 +38,12 @@ class Arc:
     end: float
 
     def at(self, fraction: float) -> np.ndarray:
-        """Point (2,) at a fraction of the arc's length."""
+        """Return the point (2,) at a fraction of the arc's length."""
         angle = self.start + fraction * (self.end - self.start)
         return self.center + self.radius * np.array([np.cos(angle), np.sin(angle)])
 
     def x_at(self, y: np.ndarray) -> np.ndarray:
-        """Where the half of the circle that faces +x stands at the heights y."""
+        """Return x [m] on the half of the circle that faces +x, at the heights y."""
         rise = np.clip((y - self.center[1]) / self.radius, -1, 1)
         return self.center[0] + self.radius * np.sqrt(1 - rise**2)
 
@@ -50,7 +55,7 @@ class Arc:
 
 @dataclass(frozen=True)
 class Spike:
-    """Front and rear edge, each from root to tip."""
+    """Front and rear edge of a spike, each from root to tip."""
 
     front: Arc
     rear: Arc
@@ -64,7 +69,7 @@ def spike(
     front_radius: float,
     rear_radius: float,
 ) -> Spike:
-    """The spike of these dimensions [m]; its tip lies `lean` behind (-x) its root.
+    """Return the spike of these dimensions [m]; its tip lies `lean` behind (-x) its root.
 
     Raises MeshError, naming the radius, if an arc cannot span its edge or bulges past its ends.
     """
@@ -76,15 +81,15 @@ def spike(
 
 
 def thickness(shape: Spike, heights: np.ndarray) -> np.ndarray:
-    """Thickness [m] of the spike, measured along the skin, at heights [m] above it."""
+    """Return the thickness [m] of the spike along the skin, at heights [m] above it."""
     return shape.front.x_at(heights) - shape.rear.x_at(heights)
 
 
 def cross_lines(shape: Spike, edge: float, root_segments: int) -> list[np.ndarray]:
-    """Lines of points, each (k, 2) from rear to front, stacked from root to tip, for triangles.
+    """Return lines of points, (k, 2) from rear to front, stacked from root to tip, for triangles.
 
-    edge: length [m] aimed at for the sides of triangles between the lines; root_segments: number
-    of segments of the first line, where the spike stands on the skin.
+    edge: target length [m] of the sides of triangles between the lines; root_segments: number of
+    segments of the first line, where the spike stands on the skin.
     """
     check_cell_count(_side(shape) / edge * root_segments, edge)
     bands = max(2, round(_side(shape) / (edge * np.sin(EQUILATERAL))))
@@ -96,9 +101,9 @@ def cross_lines(shape: Spike, edge: float, root_segments: int) -> list[np.ndarra
 
 
 def grid_lines(shape: Spike, edge: float, root_segments: int) -> list[np.ndarray]:
-    """Lines of points as of `cross_lines`, all with as many segments, for quadrilaterals.
+    """Return lines as `cross_lines` does, all with as many segments, for quadrilaterals.
 
-    edge: length [m] aimed at for the sides of the quadrilaterals from root to tip.
+    edge: target length [m] of the sides of the quadrilaterals from root to tip.
     """
     check_cell_count(_side(shape) / edge * root_segments, edge)
     bands = max(1, round(_side(shape) / edge))
@@ -106,10 +111,10 @@ def grid_lines(shape: Spike, edge: float, root_segments: int) -> list[np.ndarray
 
 
 def _neck(shape: Spike) -> float:
-    """How far up the rear edge, as a fraction of it, the lines stand that reach the front edge.
+    """Return the fraction of the rear edge up to which lines reach the front edge.
 
-    A tip with a sharp rear corner, or with a front edge that runs flatly into its face, is capped
-    by lines that shrink to the rear corner, which keeps its cells in shape.
+    A tip with a sharp rear corner, or with a front edge that meets its face at a small angle, is
+    capped by lines that shrink to the rear corner, which keeps its cells in shape.
     """
     sharp = np.pi / 2 - shape.rear.end < EQUILATERAL
     flat = np.pi / 2 - shape.front.end < FLATTEST_MEETING
@@ -120,12 +125,12 @@ def _neck(shape: Spike) -> float:
 
 
 def _side(shape: Spike) -> float:
-    """Length [m] from the root to the last line that reaches the front edge."""
+    """Return the length [m] from the root to the last line that reaches the front edge."""
     return (shape.front.length + _neck(shape) * shape.rear.length) / 2
 
 
 def _stacked_lines(shape: Spike, segments: list[int]) -> list[np.ndarray]:
-    """Lines with these numbers of segments from the root to the tip's front corner, and the cap."""
+    """Return lines of these numbers of segments up to the tip's front corner, and the cap."""
     neck, tip_rear, tip_front = _neck(shape), shape.rear.at(1.0), shape.front.at(1.0)
     fractions = np.arange(len(segments)) / (len(segments) - 1)
     lines = [
@@ -157,7 +162,7 @@ def _edge(
     tip: tuple[float, float],
     sharpest: float,
 ) -> Arc:
-    """The arc from root to tip that bulges towards +x.
+    """Return the arc from root to tip that bulges towards +x.
 
     sharpest: smallest angle [rad] that it may make with the skin's direction at its ends.
     """

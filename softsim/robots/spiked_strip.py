@@ -1,4 +1,4 @@
-"""A strip of skin with curved spikes on it, from which the robots' sections are made."""
+"""Strip of skin with curved spikes on it, from which the robots' sections are made."""
 
 import math
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from softsim.robots.spike import CROSSINGS, Spike
 from softsim.robots.strip import LINES, node_lines, whole
 
 FEWEST_ROWS = 3
-"""Fewest rows of triangles through the skin: what its bending needs."""
+"""Smallest number of rows of triangles through the skin, required for its bending."""
 
 FLATTEST_CELL = 1.5
 """Largest length of a triangle of the skin over the height of its row."""
@@ -20,7 +20,7 @@ FLATTEST_CELL = 1.5
 
 @dataclass(frozen=True)
 class Fineness:
-    """How finely a strip is cut.
+    """Mesh sizes of a strip.
 
     rows: of cells through the skin. longest [m]: of cells along the skin. edge [m]: side of a
     spike's cells. columns: of cells across a spike; None: as many as `longest` gives.
@@ -36,8 +36,9 @@ class Fineness:
 def fineness_of(
     kind: CellKind, skin: float, element_size: float, rows: int | None, columns: int
 ) -> Fineness:
-    """What a skin of this thickness [m] is cut into; rows: through it, where given; columns: of
-    quadrilaterals across a spike.
+    """Return the mesh sizes for a skin of this thickness [m].
+
+    rows: number through it, where given. columns: of quadrilaterals across a spike.
     """
     if kind == "quad":
         rows = rows or whole(skin / element_size)
@@ -55,7 +56,7 @@ def spiked_strip(
     shape: Spike,
     fineness: Fineness,
 ) -> Mesh:
-    """A strip with its inner face on y = 0, its spikes upward, centred on `centers` from the rear.
+    """Return a strip with its inner face on y = 0 and spikes upward on `centers`, from the rear.
 
     All cells lie in bands between lines of nodes: along the skin, and across each spike.
     """
@@ -107,7 +108,7 @@ def spiked_strip(
 def _columns(
     stations: np.ndarray, longest_cell: float, of_spikes: int | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Positions along the skin, equally spaced between stations, and where the stations lie.
+    """Return positions along the skin, equally spaced between stations, and the stations' indices.
 
     of_spikes: number of cells below a spike; None: as many as cells of longest_cell [m] give.
     """

@@ -1,4 +1,4 @@
-"""The plane section of a skin with fins on its outside: spikes or rings."""
+"""Plane section of a skin with fins on its outside: spikes or rings."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -13,7 +13,7 @@ from softsim.robots.block import check_cell_count
 
 @dataclass(frozen=True)
 class Fin:
-    """A fin on a strip's outside: its root from column `start` to `end`, its lines above the root.
+    """Fin on a strip's outside: its root from column `start` to `end`, its lines above the root.
 
     lines: points (k, 2) [m] of each line, in the direction of the strip, from root to tip.
     """
@@ -25,11 +25,11 @@ class Fin:
 
 @dataclass(frozen=True)
 class Strip:
-    """A strip of cells along x with its inner side on y = 0 and its fins upward.
+    """Strip of cells along x with its inner side on y = 0 and its fins upward.
 
     points: (n, 2) [m]. skin_lines: node numbers from -x to +x of the skin's lines, from the inner
-    side to the outer one. fins: node numbers of each fin above the skin. skin_cells, fin_cells:
-    (m, 3) triangles or (m, 4) quadrilaterals.
+    side to the outer one. fins: node numbers of each fin above the skin. skin_cells, fin_cells: (m,
+    3) triangles or (m, 4) quadrilaterals.
     """
 
     points: np.ndarray
@@ -44,7 +44,7 @@ class Strip:
         return np.concatenate([self.skin_cells, self.fin_cells])
 
     def at_middle(self, nodes: np.ndarray) -> np.ndarray:
-        """Those of the nodes that lie on x = 0, where even columns place a node."""
+        """Return those of the nodes that lie on x = 0, where even columns place a node."""
         x = self.points[:, 0]
         return nodes[np.abs(x[nodes]) < 1e-9 * np.ptp(x)]
 
@@ -52,13 +52,13 @@ class Strip:
 def even_columns(
     stations: np.ndarray, size: float, of_fins: int | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Positions with an even number of equal steps of about `size` between neighbouring stations.
+    """Return positions with an even number of equal steps between stations, and stations' indices.
 
-    of_fins: number of steps between the first and the second station, the third and the
-    fourth ... of those inside; None: like all others.
+    size: approximate length of a step. of_fins: number of steps between the first and the second
+    station, the third and the fourth ... of those inside; None: like all others.
 
-    Returns the positions and where among them the stations lie. An even number puts a position
-    in the middle between two stations, and lets mirrored stations have mirrored tetrahedra.
+    An even number puts a position in the middle between two stations, and gives mirrored stations
+    mirrored tetrahedra.
     """
     check_cell_count(float(np.ptp(stations)) / size, size)
     steps = np.array([even(piece / size) for piece in np.diff(stations)])
@@ -69,21 +69,21 @@ def even_columns(
 
 
 def even(count: float) -> int:
-    """The even number nearest to a count, 2 or more."""
+    """Return the even number nearest to a count, 2 or more."""
     return 2 * max(1, math.floor(count / 2 + 0.5))
 
 
 def whole(count: float) -> int:
-    """The whole number nearest to a count, 1 or more."""
+    """Return the whole number nearest to a count, 1 or more."""
     return max(1, math.floor(count + 0.5))
 
 
 ROWS: dict[CellKind, Callable[[float], int]] = {"simplex": even, "quad": whole}
-"""How many rows of cells stand for a count."""
+"""Functions that round a count to a number of rows of cells."""
 
 
 def staggered(x: np.ndarray, count: int) -> list[np.ndarray]:
-    """`count` lines of positions of which the first is x and neighbours are half a cell apart.
+    """Return `count` lines of positions; the first is x, and neighbours are half a cell apart.
 
     Staggered rows have triangles of nearly equal sides, whose altitude is that of the row. The
     midpoints next to the ends are left out: they would make small cells in the corners.
@@ -94,7 +94,7 @@ def staggered(x: np.ndarray, count: int) -> list[np.ndarray]:
 
 
 def straight(x: np.ndarray, count: int) -> list[np.ndarray]:
-    """`count` lines of the positions x."""
+    """Return `count` lines of the positions x."""
     return [x] * count
 
 
@@ -107,7 +107,7 @@ LINES: dict[CellKind, Callable[[np.ndarray, int], list[np.ndarray]]] = {
 def finned_strip(
     x: np.ndarray, thickness: float, rows: int, fins: Sequence[Fin], kind: CellKind
 ) -> Strip:
-    """A skin of this thickness [m] with columns at x [m], and fins that stand on it.
+    """Return a skin of this thickness [m] with columns at x [m], and fins that stand on it.
 
     rows: of cells through the skin; an even number of triangles, for nodes at x on its inner side
     too.
@@ -135,7 +135,7 @@ def finned_strip(
 
 
 def upright(x: np.ndarray, low: float, high: float, rows: int, kind: CellKind) -> list[np.ndarray]:
-    """The lines above the root of a rectangular fin: columns at x, y from `low` to `high` [m]."""
+    """Return the lines above the root of a rectangular fin: columns at x, y in [low, high] [m]."""
     return _rows(LINES[kind](x, rows + 1), np.linspace(low, high, rows + 1))[1:]
 
 
@@ -147,6 +147,6 @@ def _rows(lines: list[np.ndarray], heights: np.ndarray) -> list[np.ndarray]:
 
 
 def node_lines(first: int, lines: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Node numbers of lines of points, counted on from `first`."""
+    """Return the node numbers of lines of points, numbered from `first` on."""
     ends = first + np.cumsum([0, *map(len, lines)])
     return [np.arange(start, end) for start, end in pairwise(ends)]

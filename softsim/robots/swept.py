@@ -1,6 +1,6 @@
-"""A skin with curved spikes in space: the section along its rows, swept across them.
+"""Skin with curved spikes in space: the section along its rows, swept across them.
 
-The spikes fill only some layers of the sweep, those of their width, and all of the skin.
+The spikes fill only some layers of the sweep, those of their width; the skin fills all.
 """
 
 from collections.abc import Sequence
@@ -15,10 +15,10 @@ from softsim.robots.spike import CROSSINGS, Spike
 from softsim.robots.strip import ROWS, Fin, Strip, even, even_columns, finned_strip
 
 FEWEST_ACROSS = 2
-"""Fewest cells across a spike's width, and between neighbouring spikes."""
+"""Smallest number of cells across a spike's width, and between neighbouring spikes."""
 
 STRETCH_ACROSS = 1.5
-"""Length of the cells along the sweep over that in the section: the body bends in its sections."""
+"""Length of the cells along the sweep over that in the section, in which the body bends."""
 
 
 def section(
@@ -33,10 +33,10 @@ def section(
     skin_rows: int | None,
     spike_columns: int | None,
 ) -> Strip:
-    """The section of a skin [m] `length` long and `skin` thick, spikes upward on `centers`.
+    """Return the section of a skin [m] `length` long and `skin` thick, spikes upward on `centers`.
 
-    root, tip: thickness of a spike [m]. element_size: length [m] aimed at for the sides of the
-    cells. skin_rows: of cells through the skin, spike_columns: across a spike, where given.
+    root, tip: thickness of a spike [m]. element_size: target length [m] of the sides of the cells.
+    skin_rows: of cells through the skin, spike_columns: across a spike, where given.
     """
     edges = [*(centers - root / 2), *(centers + root / 2)]
     stations = np.sort([-length / 2, *edges, length / 2])
@@ -51,7 +51,7 @@ def section(
 
 
 def layers_across(length: float, element_size: float) -> int:
-    """Number of layers of the sweep in a spike's width, or between spikes, of this length [m]."""
+    """Return the number of layers of the sweep over this length [m], a spike's width or a gap."""
     return max(FEWEST_ACROSS, round(length / (element_size * STRETCH_ACROSS)))
 
 
@@ -63,11 +63,11 @@ def swept(
     kind: CellKind,
     inside: str,
 ) -> Mesh:
-    """The strip swept through space, its spikes in the layers that are `spiked` only.
+    """Return the strip swept through space, with spikes only in the layers that are `spiked`.
 
-    places: (m, n, 3) [m] of the strip's n nodes at each of m places. stations: (layers + 1, n)
-    their numbers at the ends of the layers; where the sweep closes, the first ones are the last.
-    inside: what the side without spikes is called.
+    places: positions (m, n, 3) [m] of the strip's n nodes at each of m stations. stations: (layers
+    + 1, n) their numbers at the ends of the layers; where the sweep closes, the first ones are the
+    last. inside: name of the side without spikes.
 
     Node sets: rear, front (ends of the skin along x), `inside`, outer (the spikes' roots included),
     j1, j2 ... (spikes above the skin, row by row from the front), tips. Facet sets: `inside`, outer
