@@ -35,7 +35,7 @@ CHUNK = 2**18
 
 
 class SpacingError(MeshError):
-    """Spacing of a grid that is too small or too large."""
+    """Error of a grid whose spacing is too small or too large."""
 
 
 class Facets(Protocol):

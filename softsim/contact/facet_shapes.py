@@ -87,7 +87,7 @@ class Edge:
 
     @ti.func
     def normal(self, X):
-        """Unit normal out of the material."""
+        """Return the unit normal out of the material."""
         return self.area_vector(X).normalized()
 
     @ti.func
@@ -122,7 +122,7 @@ class Triangle:
 
     @ti.func
     def normal(self, X):
-        """Unit normal out of the material."""
+        """Return the unit normal out of the material."""
         return self.area_vector(X).normalized()
 
     @ti.func

@@ -10,11 +10,11 @@ LARGEST_GRID = 5_000_000
 
 
 def block(length: float, height: float, element_size: float, cells: CellKind = "simplex") -> Mesh:
-    """A rectangle: x in [-length/2, length/2], y in [0, height], all in m.
+    """Return a rectangle: x in [-length/2, length/2], y in [0, height], all in m.
 
     Equal rectangles with sides no longer than `element_size`, for triangles cut along alternating
-    diagonals (union jack), so that the mesh favours neither direction. Node and facet sets: bottom,
-    top, left, right.
+    diagonals (union jack), so that the mesh has no preferred direction. Node and facet sets:
+    bottom, top, left, right.
 
     Raises MeshError for a dimension that is not positive.
     """

@@ -18,7 +18,7 @@ def box(
     element_size: float,
     cells: CellKind = "simplex",
 ) -> Mesh:
-    """A block in space: x in [0, length], y in [0, height], z in [0, width], all in m.
+    """Return a block in space: x in [0, length], y in [0, height], z in [0, width], all in m.
 
     y is up. Equal bricks with sides no longer than `element_size`; tetrahedra: each cut into six,
     along diagonals that alternate as in `block`. Node and facet sets: left, right (x = 0, length),

@@ -35,7 +35,7 @@ def leafbot_section(
     backbone_rows: int | None = None,
     limb_columns: int | None = None,
 ) -> Mesh:
-    """A backbone on rows of limbs whose tips stand on y = 0; x is the way forward, 0 its middle.
+    """Return a backbone on rows of limbs whose tips stand on y = 0; x is forward, 0 its middle.
 
     The limbs are the PufferFace Robot's spikes (`spike.spike`), tips `lean` behind their roots:
     pressed down they push the robot forward. Of equal root and tip thickness, and large radii, they

@@ -52,17 +52,19 @@ def leafbot_solid(
     limb_columns: int | None = None,
     limb_layers: int | None = None,
 ) -> Mesh:
-    """A backbone on rows of limbs whose tips stand on y = 0, a left and a right side of it with a
-    head each; x is the way forward, z goes to the right, the middle of both is x = z = 0.
+    """Return a backbone on rows of limbs whose tips stand on y = 0, with a head on each side.
+
+    x is forward, z points to the right, and the middle of both is x = z = 0. The body has a left
+    and a right side.
 
     Along x it has the section of `leafbot.leafbot_section`. The middles of the sides are
     side_distance apart; each row has two limbs a side, limb_width wide, whose middles are
     limb_distance apart. The heads stand on top, over rows_under_head rows of the limbs of their
-    side from row head_row on, counted from the front, from the first root to the last and from
-    limb to limb. All lengths in m; element_size as for `pfr_solid.pfr_solid`.
+    side from row head_row on, counted from the front, from the first root to the last and from limb
+    to limb. All lengths in m; element_size as for `pfr_solid.pfr_solid`.
 
-    backbone_rows: of hexahedra through the backbone. limb_columns: across a limb along x.
-    limb_layers: across its width.
+    backbone_rows: number of hexahedra through the backbone. limb_columns: number across a limb
+    along x. limb_layers: number across its width.
 
     Node sets: top, head_left, head_right, heads, limb1_left, limb1_right, limb2_left ... (limbs
     below the backbone, from the front), tips. Facet sets: top, limbs. Cell sets: backbone, limbs.

@@ -36,7 +36,7 @@ def pfr_section(
     skin_rows: int | None = None,
     spike_columns: int | None = None,
 ) -> Mesh:
-    """Two skin strips with spikes on their outside, above and below the robot's axis.
+    """Return two skin strips with spikes on their outside, above and below the robot's axis.
 
     The axis is x, forward is +x; the strips span x in [-free_length/2, free_length/2] and |y| in
     [inner_diameter/2, outer_diameter/2]. The spikes lean backward: their tips lie `lean` behind

@@ -26,7 +26,7 @@ def pfr_meridian(
     cells: CellKind = "simplex",
     skin_rows: int | None = None,
 ) -> Mesh:
-    """The skin's half section for an axisymmetric model: x is the radius r, y the axis z.
+    """Return the skin's half section for an axisymmetric model: x is the radius r, y the axis z.
 
     The skin spans r in [inner_diameter/2, outer_diameter/2] and z in [-free_length/2,
     free_length/2]. Rings stand for the rows of spikes: rectangles, ring_thickness along z and

@@ -44,7 +44,7 @@ def pfr_solid(
     spike_columns: int | None = None,
     spike_layers: int | None = None,
 ) -> Mesh:
-    """The skin between the knots with `rows` rows of `spikes_around` spikes on its outside.
+    """Return the skin between the knots with `rows` rows of `spikes_around` spikes outside.
 
     The axis is x, forward is +x, y is up; the skin spans x in [-free_length/2, free_length/2], and
     the first spike of each row points up. Through the axis, skin and spikes have the section of

@@ -39,13 +39,14 @@ def pneunet(
     element_size: float = 1.5e-3,
     cells: CellKind = "quad",
 ) -> Mesh:
-    """Half of a finger along x, from x = 0 on, its underside on y = 0; z = 0 is its plane of
-    symmetry, z = width / 2 its side. All in m.
+    """Return half of a finger along x from x = 0, its underside on y = 0. All lengths in m.
+
+    z = 0 is its plane of symmetry, z = width / 2 its side.
 
     Each chamber is `chamber_length` long inside and has walls of `wall_thickness` all around, under
     a roof; between two of them the walls stand `gap` apart, on a bridge over the channel that joins
-    them, which lies on the base and is as wide as they are. A grid of bricks with sides no longer
-    than `element_size`, for tetrahedra cut.
+    them, which lies on the base and is as wide as they are. The mesh is a grid of bricks with sides
+    no longer than `element_size`, which are cut for tetrahedra.
 
     Node and facet sets: bottom, root (x = 0), end, middle (z = 0), chamber (all of the inside).
     Node set: tip, the lower corner of the end in the middle.

@@ -39,7 +39,7 @@ def spike_patch(
     spike_columns: int | None = None,
     spike_layers: int | None = None,
 ) -> Mesh:
-    """A flat skin on y = 0 with `rows` spikes along x on each of `columns` lines across, along z.
+    """Return a flat skin on y = 0 with `rows` spikes along x in each of `columns` columns along z.
 
     Spikes point up, +y, and lean backward: their tips lie `lean` behind their roots (-x). Each has
     its own piece of skin, spike_pitch long and column_pitch wide; the patch's middle is x = z = 0.
