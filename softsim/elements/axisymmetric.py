@@ -1,7 +1,8 @@
 """Sections revolved about the y axis; x is the radius, forces are those of whole rings.
 
-In the plane as elements/triangles.py and quadrilaterals.py say. The hoop stretch is the mean of
-r / R over the ring's volume, int r dA / int R dA, so with the weights w_a = int N_a dA / int R dA
+The in-plane kinematics is that of elements/triangles.py and quadrilaterals.py. The hoop stretch is
+the mean of r / R over the ring's volume, int r dA / int R dA, so with the weights w_a = int N_a dA
+/ int R dA
     F_zz = sum_a w_a r_a,   dF_zz/dr_a = w_a.
 Nodes on the axis stay on it (the builder holds their x).
 """
@@ -24,28 +25,28 @@ from softsim.nodes import Nodes
 
 
 class RevolvedHoop(Hoop):
-    """Of sections revolved about the y axis: F_zz = sum w_a r_a."""
+    """Hoop stretch of sections revolved about the y axis: F_zz = sum w_a r_a."""
 
     def stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """F_zz (m,): present over reference radius."""
+        """Return F_zz (m,): current over reference radius."""
         return (self.weights(points, cells) * x[cells][:, :, 0]).sum(axis=1)
 
     def stencil(self, cells: np.ndarray) -> np.ndarray:
-        """The corners."""
+        """Return the nodes of the cells (m, corners)."""
         return cells
 
     def gradient(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """dF_zz/dx / F_zz (m, corners, 2) [1/m]: w_a / F_zz along the radius."""
+        """Return dF_zz/dx / F_zz (m, corners, 2) [1/m]: w_a / F_zz along the radius."""
         gradient = np.zeros((*cells.shape, 2))
         gradient[:, :, 0] = self.weights(points, cells) / self.stretch(points, cells, x)[:, None]
         return gradient
 
     def curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """None (m, corners, corners): F_zz is linear in x."""
+        """Return zeros (m, corners, corners): F_zz is linear in x."""
         return np.zeros((*cells.shape, cells.shape[1]))
 
     def weights(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """w_a (m, corners) [1/m]: int N_a dA / int R dA."""
+        """Return w_a (m, corners) [1/m]: int N_a dA / int R dA."""
         integrated = quadrature(points, cells)
         around = integrated.integrals(points[cells][:, :, 0]).sum(axis=1, keepdims=True)
         return integrated.integrals(np.ones((1, 1))) / around
@@ -53,36 +54,34 @@ class RevolvedHoop(Hoop):
 
 @dataclass(frozen=True)
 class Axisymmetric(Geometry):
-    """Sections revolved about the y axis: x is the radius. Whole rings, 2 pi around."""
+    """Geometry of sections revolved about the y axis: x is the radius, elements are whole rings."""
 
     name = "axisymmetric"
     dimension = 2
 
     @property
     def hoop(self) -> RevolvedHoop:
-        """Every element goes around."""
+        """Hoop stretch of all elements."""
         return RevolvedHoop()
 
     def depths(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """2 pi r of the corners (m, corners) [m] (Pappus)."""
+        """Return the circumference 2 pi r at the nodes (m, corners) [m] (Pappus)."""
         return 2.0 * np.pi * points[cells][:, :, 0]
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
-        """Volume [m^3] between a chain of edges (k, 2), revolved, and the axis."""
+        """Return the volume [m^3] between a chain of edges (k, 2), revolved, and the axis."""
         a, b = x[facets[:, 0]], x[facets[:, 1]]
         squares = a[:, 0] ** 2 + a[:, 0] * b[:, 0] + b[:, 0] ** 2
         return np.pi / 3.0 * float(((a[:, 1] - b[:, 1]) * squares).sum())
 
     def corner_areas(self, x: np.ndarray, edges: np.ndarray) -> np.ndarray:
-        """Area (k, 2) [m^2] of edges (k, 2) that each of their ends stands for: int N_a 2 pi r
-        ds.
-        """
+        """Return the tributary area (k, 2) [m^2] of each end of edges (k, 2): int N_a 2 pi r ds."""
         return (
             np.pi / 3.0 * edge_lengths(x, edges)[:, None] * weighted_ends(2.0 * x[edges][:, :, 0])
         )
 
     def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """d(enclosed volume)/dx of the corners (k, 2, d) [m^2]: forces of a pressure of 1 Pa."""
+        """Return d(enclosed volume)/dx at the nodes (k, 2, d) [m^2]: forces of 1 Pa."""
         (a, za), (b, zb) = x[facets[:, 0]].T, x[facets[:, 1]].T
         squares = a**2 + a * b + b**2
         first = np.stack([(2.0 * a + b) * (za - zb), squares], axis=1)
@@ -90,18 +89,16 @@ class Axisymmetric(Geometry):
         return np.pi / 3.0 * np.stack([first, second], axis=1)
 
     def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
-        """What computes their forces."""
         return section_elements(
             nodes, region, bulk_viscosity, RevolvedAcross(region, nodes.scenarios)
         )
 
     def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
-        """What a pressure on facets, as `pressed` gives them, does."""
         return RevolvedFacets(nodes, facets)
 
 
 class RevolvedAcross(Across):
-    """Of rings: F_zz of each block, and the weights w_a of its corners."""
+    """Out-of-plane kinematics of rings: F_zz of each block, and the weights w_a of its nodes."""
 
     def __init__(self, region: Region, scenarios: int) -> None:
         super().__init__()
@@ -111,7 +108,7 @@ class RevolvedAcross(Across):
 
     @ti.func
     def measure(self, s, b, x: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """F_zz from the corners' radii."""
+        """Compute F_zz from the radii of the nodes."""
         hoop = self.lane(0.0)
         for c in ti.static(range(len(x))):
             hoop += self.corner_weight[c][b] * x[c]
@@ -119,17 +116,16 @@ class RevolvedAcross(Across):
 
     @ti.func
     def stretch(self, s, b):
-        """F_zz."""
         return self.hoop[s, b]
 
     @ti.func
     def tension(self, s, b, S):
-        """V F_zz S_zz."""
+        """Return V F_zz S_zz."""
         return self.hoop[s, b] * S.zz
 
     @ti.func
     def weight(self, b, corner: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """w_a."""
+        """Return w_a of a node."""
         return self.corner_weight[corner][b]
 
 
@@ -138,7 +134,7 @@ class RevolvedFacets(Facets):
 
     @ti.func
     def unit_forces(self, s, i):
-        """Forces of a pressure of 1 Pa on facet i, whole rings [m^2]: the gradient of `volume`."""
+        """Return the forces of 1 Pa on facet i, whole rings [m^2]: the gradient of `volume`."""
         a = self.nodes.position[s, self.node[i, 0]]
         b = self.nodes.position[s, self.node[i, 1]]
         third = ti.math.pi / 3.0
@@ -153,7 +149,7 @@ class RevolvedFacets(Facets):
 
     @ti.func
     def volume(self, s, i):
-        """What facet i adds to the volume of its chamber [m^3]: the frustum down to the axis."""
+        """Return the chamber volume [m^3] that facet i bounds: the frustum down to the axis."""
         a = self.nodes.position[s, self.node[i, 0]]
         b = self.nodes.position[s, self.node[i, 1]]
         return ti.math.pi / 3.0 * (a[1] - b[1]) * (a[0] * a[0] + a[0] * b[0] + b[0] * b[0])

@@ -8,8 +8,8 @@ K is the curvature summed over the length h that a joint stands for, half of bot
 where the cable is folded up. Forces are the exact derivatives; with c = t1 . t2
     K^2 = 4 (1 - c) / (1 + c) = 4 |t2 - t1|^2 / |t1 + t2|^2,    d(K^2)/dc = -8 / (1 + c)^2,
     dc/dx at the far ends: -(t2 - c t1) / l1 and (t1 - c t2) / l2.
-At rest it is straight. It does not resist twist, which a round, straight cable that is free to roll
-does not feel.
+At rest it is straight. It has no torsional stiffness: a round, straight cable that is free to roll
+is not twisted.
 """
 
 from dataclasses import dataclass
@@ -25,9 +25,10 @@ from softsim.term import Pass, Stage, Term
 
 @dataclass(frozen=True)
 class Cable:
-    """nodes (k,): their numbers in the model, in order. lengths (k - 1,): of the segments at rest,
-    joint_lengths (k - 2,): that each joint stands for [m]. stretching_stiffness EA [N],
-    bending_stiffness EI [N m^2]. gauge: the segment whose tension the history tells.
+    """Cable. nodes (k,): their numbers in the model, in order. lengths (k - 1,) [m]: of the
+    segments at rest; joint_lengths (k - 2,) [m]: tributary length of each joint.
+    stretching_stiffness EA [N], bending_stiffness EI [N m^2]. gauge: the segment whose tension the
+    history records.
     """
 
     name: str
@@ -50,7 +51,7 @@ class Cable:
 
     @property
     def joints(self) -> np.ndarray:
-        """Nodes of each joint (k - 2, 3): itself between its neighbours."""
+        """Nodes of each joint (k - 2, 3): its own node between the two neighbours."""
         return np.stack([self.nodes[:-2], self.nodes[1:-1], self.nodes[2:]], axis=1)
 
     @property
@@ -64,22 +65,22 @@ class Cable:
         return self.bending_stiffness / self.joint_lengths
 
     def tangents(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Unit tangents (k - 1, d) and lengths (k - 1,) [m] of the segments, with the model's nodes
-        at x (n, d) [m].
+        """Return the unit tangents (k - 1, d) and lengths (k - 1,) [m] of the segments, with the
+        model's nodes at x (n, d) [m].
         """
         edges = np.diff(x[self.nodes], axis=0)
         lengths = np.linalg.norm(edges, axis=1)
         return edges / lengths[:, None], lengths
 
     def folding(self, x: np.ndarray) -> np.ndarray:
-        """tan^2(theta / 2) (k - 2,) of each joint, with the model's nodes at x (n, d) [m]."""
+        """Return tan^2(theta / 2) (k - 2,) of each joint, with the model's nodes at x (n, d) [m]."""
         t, _ = self.tangents(x)
         apart, along = t[1:] - t[:-1], t[1:] + t[:-1]
         return np.asarray((apart**2).sum(axis=1) / (along**2).sum(axis=1))
 
 
 class CableTerm(Term):
-    """A cable in kernels. tension_impulse (scenarios,) [N s]: of its gauge, since last cleared."""
+    """Force term of a cable. tension_impulse (scenarios,) [N s]: of its gauge, since last cleared."""
 
     def __init__(self, nodes: Nodes, cable: Cable) -> None:
         self.nodes, self.column = nodes, next(iter(cable.columns))
@@ -94,7 +95,6 @@ class CableTerm(Term):
         self.tension_impulse = real_field(np.zeros(nodes.scenarios))
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
         return {
             Stage.MOVE: [
                 Pass("cables", int(self.segments), (self.stretch,)),
@@ -103,28 +103,26 @@ class CableTerm(Term):
         }
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
         return {"tension_impulse": self.tension_impulse}
 
     def impulses(self) -> list[ti.Field]:
-        """Of the tension."""
         return [self.tension_impulse]
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
-        """The mean tension of the gauge [N]."""
+        """Return the mean tension of the gauge [N]."""
         impulse = float(fields.read_row(self.tension_impulse, scenario))
         return {self.column: impulse / interval if interval > 0.0 else 0.0}
 
     @ti.func
     def edge(self, s, a, b):
-        """Unit vector from node a to node b, and the distance [m]."""
+        """Return the unit vector from node a to node b, and the distance [m]."""
         way = self.nodes.position[s, b] - self.nodes.position[s, a]
         length = way.norm()
         return way / length, length
 
     @ti.func
     def stretch(self, s, i, t, dt):
-        """Forces of segment i on its nodes."""
+        """Write the forces of segment i on its nodes."""
         tangent, length = self.edge(s, self.segment[i, 0], self.segment[i, 1])
         tension = self.spring_stiffness[i] * (length - self.length[i])
         self.nodes.corner_forces.write(s, self.first_pull + 2 * i, tension * tangent)
@@ -134,7 +132,7 @@ class CableTerm(Term):
 
     @ti.func
     def bend(self, s, j, t, dt):
-        """Forces of joint j on its nodes."""
+        """Write the forces of joint j on its nodes."""
         t1, l1 = self.edge(s, self.joint[j, 0], self.joint[j, 1])
         t2, l2 = self.edge(s, self.joint[j, 1], self.joint[j, 2])
         c = t1.dot(t2)
@@ -146,7 +144,7 @@ class CableTerm(Term):
 
     @ti.func
     def stored_energy(self, s, part):
-        """Of stretching and bending [J]."""
+        """Return the energy of stretching and bending [J]."""
         energy = ti.cast(0.0, backend.real)
         for i in range(self.segments.first(part), self.segments.first(part + 1)):
             _, length = self.edge(s, self.segment[i, 0], self.segment[i, 1])

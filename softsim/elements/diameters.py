@@ -1,4 +1,4 @@
-"""Diameters of the rings of a section: how long they are, and what pulls their ends together.
+"""Diameters of the rings of a section: their lengths, and the forces of hoop tension on their ends.
 
     l = |x_c - x_c'|,  n = (x_c - x_c') / l    of the opposite nodes c and c'.
 The rings of cells around them pull with the tension T, along n on c' and against it on c: two
@@ -15,13 +15,13 @@ from softsim.nodes import NodeLists, Nodes, by_lane
 
 
 class Diameters:
-    """Diameters of one body, a lane vector of them side by side.
+    """Diameters of one body, a lane vector of them at a time.
 
     ends: (k, 2) nodes c, c'. rings: (r, corners) number of the diameter at each corner of each ring
     cell. cell: (r,) its number among `cell_count` lanes of all cells, with padding.
 
     length: (scenarios, places + 1) [m], at `places` (k,); the last one stays zero: no diameter.
-    tension: (scenarios, cell_count + 1) [N] what each cell pulls with at each of its corners, to be
+    tension: (scenarios, cell_count + 1) [N] tension of each cell at each of its nodes, to be
     set before `pull`; the last one stays zero.
     """
 
@@ -46,12 +46,12 @@ class Diameters:
 
     @property
     def pad_slot(self) -> int:
-        """The slot of a length that is zero."""
+        """Index of a length that stays zero."""
         return int(self.blocks) * backend.lanes()
 
     @ti.func
     def measure(self, s, b, t, dt):
-        """Lengths and directions of a block."""
+        """Compute lengths and directions of a block."""
         x = self.cells.lane(0.0)
         y = self.cells.lane(0.0)
         for lane in ti.static(range(backend.lanes())):
@@ -68,7 +68,7 @@ class Diameters:
 
     @ti.func
     def pull(self, s, b, t, dt):
-        """-T n and T n on the ends of a block's diameters, T of all cells there."""
+        """Write the forces -T n and T n on the ends of a block's diameters, T summed over cells."""
         tension = self.cells.sum(self.tension, s, b)
         first = self.first_slot + 2 * b * ti.static(backend.lanes())
         second = first + ti.static(backend.lanes())

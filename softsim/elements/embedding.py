@@ -1,4 +1,4 @@
-"""In which elements places lie, and the shape functions of these there."""
+"""Search for the elements that contain given points, and their shape functions there."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -15,13 +15,13 @@ MOST_STEPS = 30
 def embedded(
     places: np.ndarray, points: np.ndarray, cells: np.ndarray, surface: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Nodes (k, c) that each place (k, d) [m] in a body follows, with which weights (k, c), and how
-    far it is moved for that (k,) [m].
+    """Return the nodes (k, c) that each place (k, d) [m] in a body follows, their weights (k, c)
+    and the distance (k,) [m] by which the place is moved.
 
-    points (n, d) [m], cells (m, c) and surface (f, corners) of the body's mesh. In a cell nodes are
-    its corners and weights its shape functions, and no place is moved; of cells that meet there the
-    first counts. What lies outside is moved to the closest point of the surface, and follows the
-    corners of that facet.
+    points (n, d) [m], cells (m, c) and surface (f, corners) of the body's mesh. A place in
+    a cell follows the nodes of the cell with its shape functions as weights and is not moved; where
+    several cells meet, the first is taken. A place outside is moved to the closest point of the
+    surface, and follows the nodes of that facet.
     """
     cell, weights = holding_cells(places, points, cells)
     nodes, moved = cells[cell], np.zeros(len(places))
@@ -39,8 +39,8 @@ def embedded(
 def holding_cells(
     places: np.ndarray, points: np.ndarray, cells: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Number (k,) of the cell (m, c) in which each place (k, d) [m] lies, -1 where none is, and the
-    shape functions (k, c) of its corners there. points (n, d) [m] of the mesh.
+    """Return the number (k,) of the cell (m, c) that contains each place (k, d) [m], -1 for none,
+    and its shape functions (k, c) there. points (n, d) [m] of the mesh.
     """
     corners = points[cells]
     centres = corners.mean(axis=1)
@@ -59,8 +59,8 @@ def holding_cells(
 def shape_functions(
     places: np.ndarray, points: np.ndarray, cells: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """N_a (k, c) of a cell (k, c) at a place (k, d) [m] each, and by what share of its size the
-    place lies outside (k,), not more than zero inside.
+    """Return N_a (k, c) of cells (k, c) at one place (k, d) [m] each, and how far outside the place
+    lies (k,) as a fraction of the cell's size, zero or less inside.
     """
     if cells.shape[1] == points.shape[1] + 1:
         first = points[cells[:, 0]]

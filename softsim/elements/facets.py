@@ -1,9 +1,9 @@
-"""Facets under pressure: the force of a unit pressure on their corners, and the volume they bound.
+"""Facets under pressure: the nodal forces of a unit pressure, and the volume they bound.
 
-One class a formulation, in its file. The force is the gradient of the volume, so a load built on it
-follows the deformation, does not depend on the time step, and on a closed surface adds up to
-nothing. Facets have the material to their left (an edge) or behind them (a triangle): the chamber
-is on the other side.
+Each formulation has one class, in its file. The force is the gradient of the volume, so a load
+built on it follows the deformation, does not depend on the time step, and on a closed surface has
+no resultant. Facets have the material to their left (an edge) or behind them (a triangle): the
+chamber is on the other side.
 """
 
 from typing import Any
@@ -15,7 +15,7 @@ from softsim.nodes import Nodes
 
 
 class Facets:
-    """Facets with the nodes (k, corners) that a pressure on them acts on."""
+    """Kernel class of facets, with the nodes (k, corners) that a pressure on them acts on."""
 
     def __init__(self, nodes: Nodes, facets: np.ndarray) -> None:
         self.nodes, self.corner_nodes = nodes, facets

@@ -1,4 +1,4 @@
-"""A fibre in a body: a thread or wire of which each place follows the element that it lies in.
+"""A fibre embedded in a body: a thread or wire whose points follow the elements around them.
 
 The fibre is cut into bars between places a along it. With the shape functions N_aj of the element
 around it, fixed where it lies at rest, a place and its mass are those of the element's corners j,
@@ -9,9 +9,9 @@ t its direction: the exact derivatives, with the engineering strain l / l_0 - 1,
 As sum_j N_aj = 1 and sum_j N_aj x_j = x_a, neither force nor moment is lost: a bar's add up to
 nothing, and the mass and its centre are the fibre's.
 
-Thread goes slack: a bar that is shorter than at rest stores nothing, unless the fibre bears
-compression, as wire in a matrix that keeps it from buckling does. It has no bending stiffness and
-takes no room: what the body's own material has there stays (ABAQUS counts both, too).
+Thread goes slack: a bar that is shorter than at rest stores no energy, unless the fibre bears
+compression, as a wire does in a matrix that keeps it from buckling. A fibre has no bending
+stiffness and displaces no material: that of the body at the same place remains (as in ABAQUS).
 """
 
 from collections.abc import Sequence
@@ -30,9 +30,9 @@ from softsim.term import Pass, Stage, Term
 
 @dataclass(frozen=True)
 class Fibre:
-    """corners (k, c): of the element around each place, numbered in the model; weights (k, c): its
-    shape functions there. lengths (k - 1,): of the bars at rest [m]. stretching_stiffness EA [N],
-    mass_per_length [kg/m].
+    """Fibre. corners (k, c): nodes of the element around each place, numbered in the model; weights
+    (k, c): its shape functions there. lengths (k - 1,): of the bars at rest [m].
+    stretching_stiffness EA [N], mass_per_length [kg/m].
     """
 
     name: str
@@ -50,13 +50,13 @@ class Fibre:
 
     @property
     def mass(self) -> float:
-        """Of all of it [kg]."""
+        """Mass of the fibre [kg]."""
         return self.mass_per_length * float(self.lengths.sum())
 
     @property
     def bar_nodes(self) -> np.ndarray:
-        """Nodes (k - 1, 2 c) that each bar follows: those of its start, then of its end; some are
-        there twice.
+        """Nodes (k - 1, 2 c) that each bar follows: those of its start, then of its end; a node may
+        occur twice.
         """
         return np.concatenate([self.corners[:-1], self.corners[1:]], axis=1)
 
@@ -71,17 +71,17 @@ class Fibre:
         return self.stretching_stiffness / self.lengths
 
     def places(self, x: np.ndarray) -> np.ndarray:
-        """Its places (k, d) [m], with the model's nodes at x (n, d) [m]."""
+        """Return the places (k, d) [m] of the bar ends, with the model's nodes at x (n, d) [m]."""
         return np.einsum("kc,kcd->kd", self.weights, x[self.corners])
 
     def nodal_mass(self, node_count: int) -> np.ndarray:
-        """Mass (n,) [kg] that it hands to each node: half of a bar's to each end."""
+        """Return the mass (n,) [kg] that each node gets: half of a bar's at each of its ends."""
         halves = 0.5 * self.mass_per_length * self.lengths
         of_places = np.append(halves, 0.0) + np.append(0.0, halves)
         return nodal_sums(self.corners, of_places[:, None] * self.weights, node_count)
 
     def rest_stiffness(self, points: np.ndarray) -> sp.csr_matrix:
-        """K (n d, n d) [N/m] at rest, with the nodes at points (n, d) [m], of taut bars:
+        """Return K (n d, n d) [N/m] of taut bars at rest, with the nodes at points (n, d) [m]:
         EA / l_0 (B t) (B t)^T.
         """
         (n, d), nodes = points.shape, self.bar_nodes
@@ -95,9 +95,10 @@ class Fibre:
 
 
 class FibreTerm(Term):
-    """All fibres of a model in kernels, bar after bar: a term each would be compiled each.
-    least (bars,) [m]: l - l_0 below which a bar gives no less force. impulse (scenarios, bars)
-    [N s]: of each bar's tension, since last cleared.
+    """Force term of all fibres of a model: one term, so that kernels are compiled once.
+
+    least (bars,) [m]: lower limit of the elongation l - l_0 in the tension of a bar. impulse
+    (scenarios, bars) [N s]: of each bar's tension, since last cleared.
     """
 
     def __init__(self, nodes: Nodes, fibres: Sequence[Fibre]) -> None:
@@ -119,26 +120,23 @@ class FibreTerm(Term):
         self.impulse = real_field(np.zeros((nodes.scenarios, len(bar_nodes))))
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
         return {Stage.MOVE: [Pass("fibres", int(self.bars), (self.stretch,))]}
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
         return {"impulse": self.impulse}
 
     def impulses(self) -> list[ti.Field]:
-        """Of the tensions."""
         return [self.impulse]
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
-        """The mean tension [N] of the bar of each fibre in which it is largest."""
+        """Return the mean tension [N] of the bar of each fibre in which it is largest."""
         impulses = np.maximum.reduceat(fields.read_row(self.impulse, scenario), self.starts)
         tensions = impulses / interval if interval > 0.0 else 0.0 * impulses
         return dict(zip(self.columns, tensions.tolist(), strict=True))
 
     @ti.func
     def way(self, s, i):
-        """From the start of bar i to its end [m]."""
+        """Return the vector from the start of bar i to its end [m]."""
         way = ti.Vector.zero(backend.real, self.nodes.dimension)
         for c in range(self.node_count):  # not unrolled: it may be 16
             way += self.weight[i, c] * self.nodes.position[s, self.node[i, c]]
@@ -146,12 +144,12 @@ class FibreTerm(Term):
 
     @ti.func
     def elongation(self, i, length):
-        """l - l_0 [m] of bar i, zero where it is slack."""
+        """Return the elongation l - l_0 [m] of bar i, zero where it is slack."""
         return ti.max(length - self.length[i], self.least[i])
 
     @ti.func
     def stretch(self, s, i, t, dt):
-        """Forces of bar i on the nodes that it follows."""
+        """Write the forces of bar i on the nodes that it follows."""
         way = self.way(s, i)
         length = way.norm()
         tension = self.spring_stiffness[i] * self.elongation(i, length)
@@ -163,7 +161,7 @@ class FibreTerm(Term):
 
     @ti.func
     def stored_energy(self, s, part):
-        """Of stretching [J]."""
+        """Return the energy of stretching [J]."""
         energy = ti.cast(0.0, backend.real)
         for i in range(self.bars.first(part), self.bars.first(part + 1)):
             elongation = self.elongation(i, self.way(s, i).norm())

@@ -1,7 +1,7 @@
-"""What elements of any formulation are to the rest of the program.
+"""Interface of an element formulation.
 
-In numpy: volumes, deformation gradients, mass shares, facets. A formulation has a file of its own
-with its Geometry and the Taichi classes that this makes: `elements` and `facets`.
+It gives volumes, deformation gradients, mass fractions and facets in numpy. Each formulation has
+its own file with its Geometry and the Taichi classes that this creates in `elements` and `facets`.
 """
 
 from abc import ABC, abstractmethod
@@ -21,24 +21,24 @@ if TYPE_CHECKING:  # Taichi is for those who compute forces
 
 
 class Hoop(ABC):
-    """What of a section goes around: F_zz of its elements, and how nodes that move change it."""
+    """Hoop stretch F_zz of the elements of a section, and its derivatives by nodal positions."""
 
     @abstractmethod
     def stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """F_zz (m,) of the elements with their nodes now at x."""
+        """Return F_zz (m,) of the elements with their nodes at x (n, d) [m]."""
 
     @abstractmethod
     def stencil(self, cells: np.ndarray) -> np.ndarray:
-        """Nodes (m, movers) whose motion strains each cell, its corners first: no others."""
+        """Return all nodes (m, movers) whose motion strains each cell, its own nodes first."""
 
     @abstractmethod
     def gradient(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """dF_zz/dx / F_zz (m, movers, d) [1/m] of these nodes, now at x."""
+        """Return dF_zz/dx / F_zz (m, movers, d) [1/m] of these nodes, at x."""
 
     @abstractmethod
     def curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Of d^2F_zz/dx^2 / F_zz an upper bound (m, movers, movers) [1/m^2] that is the same for
-        every component.
+        """Return an upper bound (m, movers, movers) [1/m^2] of d^2F_zz/dx^2 / F_zz, the same for
+        all components.
         """
 
 
@@ -50,22 +50,22 @@ class Geometry(ABC):
 
     @property
     def hoop(self) -> Hoop | None:
-        """What goes around, of a section in which something does."""
+        """Hoop stretch of a section that has one, else None."""
         return None
 
     @abstractmethod
     def depths(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """How deep the body is at the corners of its section (m, corners) or (1, 1) [m], a linear
-        function between them; in space one.
+        """Return the depth of the section at its nodes (m, corners) or (1, 1) [m], interpolated
+        linearly in between; 1 in space.
         """
 
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Volume of each element (m,) [m^3]."""
+        """Return the volume of each element (m,) [m^3]."""
         return self.corner_volumes(points, cells).sum(axis=1)
 
     def corner_volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """int N_a dV (m, corners) [m^3]: row sums of the consistent mass matrix, over the density,
-        so that weight and inertia do the work of the continuous body.
+        """Return int N_a dV (m, corners) [m^3]: row sums of the consistent mass matrix over the
+        density, so that weight and inertia do the same work as in the continuous body.
         """
 
         def of(cells: np.ndarray, depths: np.ndarray) -> np.ndarray:
@@ -74,14 +74,15 @@ class Geometry(ABC):
         return self._with_depths(of, points, cells)
 
     def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Share (m, corners) of an element's mass that each corner carries."""
+        """Return the fraction (m, corners) of an element's mass that each node carries."""
         volumes = self.corner_volumes(points, cells)
         return volumes / volumes.sum(axis=1, keepdims=True)
 
     def gradients(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Mean of grad N_a over each element's volume (m, corners, d) [1/m]. With it the forces of
-        a uniform stress cancel at every inner node, whatever the shape of the elements (Flanagan
-        and Belytschko 1981, Int. J. Numer. Meth. Engng 17:679-706).
+        """Return the mean of grad N_a over each element's volume (m, corners, d) [1/m].
+
+        With it the forces of a uniform stress cancel at every inner node, whatever the shape of the
+        elements (Flanagan and Belytschko 1981, Int. J. Numer. Meth. Engng 17:679-706).
         """
 
         def of(cells: np.ndarray, depths: np.ndarray) -> np.ndarray:
@@ -95,9 +96,9 @@ class Geometry(ABC):
         points: np.ndarray,
         cells: np.ndarray,
     ) -> np.ndarray:
-        """Return what a function of cells and their depths finds of all cells, batch by batch.
+        """Return the values of a function of cells and their depths for all cells, batch by batch.
 
-        The depths are those of all cells: a ring section knows which of them are rings by number.
+        The depths are computed for all cells at once: a ring section identifies rings by number.
         """
         depths = self.depths(points, cells)
         found = [
@@ -107,50 +108,50 @@ class Geometry(ABC):
         return np.concatenate(found)
 
     def of_cells(self, numbers: np.ndarray, thickness: float | None) -> "Geometry":
-        """That of some of the elements, of another thickness [m] where one is given."""
+        """Return the geometry of some of the elements, with another thickness [m] if given."""
         return self
 
     def bounds_with(self, other: "Geometry") -> bool:
-        """Whether facets of elements of both enclose one volume."""
+        """Return True if facets of elements of both geometries may enclose one volume."""
         return self == other
 
     def pressed(self, facets: np.ndarray, first_node: int) -> np.ndarray:
-        """Nodes (k, corners) that a pressure on facets acts on; first_node: the body's."""
+        """Return the nodes (k, corners) that a pressure on facets acts on; first_node: the body's."""
         return facets
 
     @abstractmethod
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
-        """Volume [m^3] on the free side of a closed surface of facets, as `pressed` gives them."""
+        """Return the volume [m^3] on the free side of a closed surface of facets from `pressed`."""
 
     @abstractmethod
     def corner_areas(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """Area (k, corners) [m^2] of facets (k, corners) that each of their corners stands for."""
+        """Return the tributary area (k, corners) [m^2] of each node of facets (k, corners)."""
 
     @abstractmethod
     def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """d(enclosed volume)/dx of the nodes of facets, as `pressed` gives them, (k, nodes, d)
-        [m^2]: forces of a pressure of 1 Pa.
+        """Return d(enclosed volume)/dx (k, nodes, d) [m^2] of the nodes of facets from `pressed`:
+        forces of a pressure of 1 Pa.
         """
 
     @abstractmethod
     def elements(self, nodes: "Nodes", region: "Region", bulk_viscosity: float) -> "Term":
-        """What computes the forces of a region's elements; bulk_viscosity: b1 [-]."""
+        """Return the force term of a region's elements; bulk_viscosity: b1 [-]."""
 
     @abstractmethod
     def facets(self, nodes: "Nodes", facets: np.ndarray) -> "Facets":
-        """What a pressure on facets, as `pressed` gives them, does."""
+        """Return the kernel class that applies a pressure to facets from `pressed`."""
 
 
 def edge_lengths(x: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Length (k,) [m] of edges (k, 2)."""
+    """Return the length (k,) [m] of edges (k, 2)."""
     return np.linalg.norm(x[edges[:, 1]] - x[edges[:, 0]], axis=1)
 
 
 def weighted_ends(ends: np.ndarray) -> np.ndarray:
-    """Of two ends (k, 2) each with half of the other."""
+    """Return the value at each of two ends (k, 2) plus half of that at the other."""
     return ends + 0.5 * ends[:, ::-1]
 
 
 def nodal_sums(cells: np.ndarray, per_corner: np.ndarray, node_count: int) -> np.ndarray:
-    """Sum over each node's elements (n,) of the values (m, corners) at its corners."""
+    """Return the sum (n,) over the elements at each node of their nodal values (m, corners)."""
     return np.bincount(cells.ravel(), np.broadcast_to(per_corner, cells.shape).ravel(), node_count)

@@ -1,4 +1,4 @@
-"""Hexahedra: one point, six ways to bend, three to twist, three that are warped.
+"""Hexahedra with one integration point and hourglass stiffness in bending, torsion and warping.
 
 The hourglass modes h~_1 .. h~_4 and their forces: elements/hourglass.py. With phi_k = xi_i xi_j
 (i, j, k cyclic) the strain that grows along xi_k is that of a plate in the directions i and j,
@@ -59,14 +59,13 @@ class Hexahedra(HourglassElements, SpaceElements):
         self.bent = lane_field((scenarios, blocks, 9))  # of T_i, at 3 i + component
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
         passes = super().passes()
         passes[Stage.PRESS].append(Pass("elements", int(self.blocks), (self.bend,)))
         return passes
 
     @ti.func
     def deform(self, s, b, t, dt):
-        """Edges, hourglass modes and present volumes from the corner positions."""
+        """Compute edges, hourglass modes and current volumes from the nodal positions."""
         for k in ti.static(range(3)):
             x0 = self.corner_component(s, b, 0, k)
             x1 = self.corner_component(s, b, 1, k)
@@ -101,7 +100,7 @@ class Hexahedra(HourglassElements, SpaceElements):
 
     @ti.func
     def bend(self, s, b, t, dt):
-        """What the hourglass modes add to T_i, less sum P_ki Q_k, and Q_k."""
+        """Compute Q_k and the contribution of the hourglass modes to T_i, less sum P_ki Q_k."""
         ax, ay, az, bx, by, bz, cx, cy, cz = ti.static(self.edge)
         r_a, r_b, r_c = (
             self.inverse_root(s, b, 0),
@@ -132,7 +131,7 @@ class Hexahedra(HourglassElements, SpaceElements):
 
     @ti.func
     def bend_edge(self, s, b, i: ti.template(), r, e_x, e_y, e_z):  # type: ignore[valid-type]  # Taichi wants an instance
-        """sum_k p_ki (h~_k - q_ki e_i) / |d_i| - P_ki Q_k."""
+        """Compute sum_k p_ki (h~_k - q_ki e_i) / |d_i| - P_ki Q_k."""
         T_x, T_y, T_z = self.metric.lane(0.0), self.metric.lane(0.0), self.metric.lane(0.0)
         along = self.metric.lane(0.0)
         for m in ti.static(range(MODES)):
@@ -147,7 +146,7 @@ class Hexahedra(HourglassElements, SpaceElements):
 
     @ti.func
     def stress_corners(self, s, b, t, dt):
-        """Corner forces from the stress and the hourglass modes."""
+        """Write the nodal forces of the stress and the hourglass modes."""
         S = self.stress(s, b)
         a_x, a_y, a_z = self.sum_of_edges(s, b, S.aa, S.ab, S.ca)
         b_x, b_y, b_z = self.sum_of_edges(s, b, S.ab, S.bb, S.bc)
@@ -158,12 +157,12 @@ class Hexahedra(HourglassElements, SpaceElements):
 
     @ti.func
     def inverse_root(self, s, b, i: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """1 / |d_i|."""
+        """Return 1 / |d_i|."""
         return 1.0 / ti.sqrt(self.dot(s, b, i, i))
 
     @ti.func
     def strain_plates(self, s, b):
-        """Amplitudes of the plates' strains and of the warping."""
+        """Compute the amplitudes of the plates' strains and of the warping."""
         for k in ti.static(range(3)):
             i, j = ti.static(CYCLIC[k])
             first = self.length[b, i] * self.turned[s, b, 3 * j + i]
@@ -180,7 +179,7 @@ class Hexahedra(HourglassElements, SpaceElements):
 
     @ti.func
     def pull_plates(self, s, b):
-        """p = dU/dq from the springs: the transpose of `strain_plates`."""
+        """Compute p = dU/dq from the springs: the transpose of `strain_plates`."""
         for k in ti.static(range(3)):
             self.slope[s, b, 4 * k] = self.metric.lane(0.0)
         for k in ti.static(range(3)):
@@ -199,8 +198,9 @@ class Hexahedra(HourglassElements, SpaceElements):
 
     @ti.func
     def push_corners(self, s, b, k: ti.template(), T_1, T_2, T_3):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Component k of the corner forces -1/8 (sum_i xi_i G_i + sum_m phi_m H_m), T_i being that
-        of the stress.
+        """Write component k of the nodal forces -1/8 (sum_i xi_i G_i + sum_m phi_m H_m).
+
+        T_1, T_2, T_3: component k of T_i of the stress.
         """
         g_1, g_2 = T_1 + self.bent[s, b, k], T_2 + self.bent[s, b, 3 + k]
         g_3 = T_3 + self.bent[s, b, 6 + k]
@@ -215,6 +215,6 @@ class Hexahedra(HourglassElements, SpaceElements):
 
     @ti.func
     def pulled(self, s, b, m: ti.template(), k: ti.template(), g_1, g_2, g_3):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Component k of H_m = Q_m + sum N_mi G_i."""
+        """Return component k of H_m = Q_m + sum N_mi G_i."""
         lean = self.lean[b, m, 0] * g_1 + self.lean[b, m, 1] * g_2 + self.lean[b, m, 2] * g_3
         return self.moment[s, b, m, k] + lean

@@ -1,4 +1,4 @@
-"""Hourglass modes of quadrilaterals and hexahedra: what nodes can do that no linear field does.
+"""Hourglass modes of quadrilaterals and hexahedra: nodal motions that no linear field has.
 
 In xi_i from -1 to 1 the place of an element's points is, with vectors g_i and h_k,
     x = x_0 + sum g_i xi_i + sum h_k phi_k,
@@ -46,11 +46,11 @@ CYCLIC = ((1, 2), (2, 0), (0, 1))
 
 @dataclass(frozen=True, eq=False)
 class HourglassModes:
-    """Of the elements of a region: what does not change as they deform.
+    """Constant data of the hourglass modes of the elements of a region.
 
     material: of the region. volumes (m,) [m^3]: at rest.
     basis (m, d, d) [m]: D_i, row by row. directions (d, corners), modes (k, corners): xi_i and
-    phi_k of the corners. lean (m, k, d): N_ki. share (m, k, d): P_ki.
+    phi_k of the nodes. lean (m, k, d): N_ki. share (m, k, d): P_ki.
     """
 
     material: Material
@@ -74,7 +74,7 @@ class HourglassModes:
         return self.modes / self.modes.shape[1] - share
 
     def of(self, batch: slice) -> "HourglassModes":
-        """Those of some of the elements."""
+        """Return the data of some of the elements."""
         return replace(
             self,
             volumes=self.volumes[batch],
@@ -85,7 +85,7 @@ class HourglassModes:
 
 
 def hourglass_modes(region: Region) -> HourglassModes:
-    """Of quadrilaterals or hexahedra."""
+    """Return the hourglass modes of a region of quadrilaterals or hexahedra."""
     at_corner = PARENT_CORNERS[region.cells.shape[1]]
     corners, d = at_corner.shape
     directions = at_corner.T
@@ -103,8 +103,8 @@ def hourglass_modes(region: Region) -> HourglassModes:
 
 
 def fibre_scales(modes: HourglassModes) -> np.ndarray:
-    """y_i / q_i (m, 2) [m^(1/2)] of quadrilaterals: sqrt(V/3 E'/mu) / |D_i|, with the modulus in
-    plane strain E' = 4 mu (kappa + mu/3) / (kappa + 4 mu/3).
+    """Return y_i / q_i (m, 2) [m^(1/2)] of quadrilaterals: sqrt(V/3 E'/mu) / |D_i|, with the
+    modulus in plane strain E' = 4 mu (kappa + mu/3) / (kappa + 4 mu/3).
     """
     mu, kappa = modes.material.law.initial_shear_modulus, modes.material.bulk_modulus
     modulus = 4.0 * (kappa + mu / 3.0) / (kappa + 4.0 / 3.0 * mu)
@@ -114,7 +114,7 @@ def fibre_scales(modes: HourglassModes) -> np.ndarray:
 
 
 def plate_factors(modes: HourglassModes, k: int) -> np.ndarray:
-    """sqrt(V/3 / mu) L (m, 3, 3), upper triangular, of the plate that bends along xi_k of
+    """Return sqrt(V/3 / mu) L (m, 3, 3), upper triangular, of the plate that bends along xi_k of
     hexahedra: y over its strains E_ii, E_jj, 2 E_ij (elements/hexahedra.py).
     """
     sides = modes.basis[:, CYCLIC[k]]
@@ -131,7 +131,9 @@ def plate_factors(modes: HourglassModes, k: int) -> np.ndarray:
 
 
 def warping_scales(modes: HourglassModes) -> np.ndarray:
-    """y / q_4i (m, 3) [m^(1/2)] of hexahedra: sqrt(V/9 Y/mu) / |D_i|, with Young's modulus Y."""
+    """Return y / q_4i (m, 3) [m^(1/2)] of hexahedra: sqrt(V/9 Y/mu) / |D_i|, with Young's modulus
+    Y.
+    """
     mu, kappa = modes.material.law.initial_shear_modulus, modes.material.bulk_modulus
     root = np.sqrt(9.0 * kappa / (3.0 * kappa + mu) * modes.volumes / 9.0)
     scales: np.ndarray = root[:, None] / np.linalg.norm(modes.basis, axis=2)
@@ -139,7 +141,7 @@ def warping_scales(modes: HourglassModes) -> np.ndarray:
 
 
 def amplitudes(modes: HourglassModes) -> np.ndarray:
-    """y over q (m, n, n) of all modes, q_ki at k d + i."""
+    """Return y over q (m, n, n) of all modes, q_ki at k d + i."""
     m, d = modes.basis.shape[:2]
     count = len(modes.modes) * d
     result = np.zeros((m, count, count))
@@ -162,11 +164,11 @@ UNROLLED = 2
 
 
 class HourglassSprings:
-    """Springs on the amplitudes y of `count` modes, whose energy is 1/2 mu y^2 [J]: the law's, and
-    one of each Maxwell branch of `points`, which relaxes.
+    """Springs on the amplitudes y of `count` modes, with the energy 1/2 mu y^2 [J]: one of the law,
+    and one of each Maxwell branch of `points`, which relaxes.
 
-    Fields (scenarios, blocks, count): `amplitude` [m^(3/2)], to be set before `load`, which gives
-    `force` dU/dy.
+    Fields (scenarios, blocks, count): `amplitude` [m^(3/2)], to be set before `load`, which
+    computes `force` dU/dy.
     """
 
     def __init__(self, points: MaterialPoints, count: int, scenarios: int, blocks: int) -> None:
@@ -183,7 +185,7 @@ class HourglassSprings:
             self.dissipation = lane_field((scenarios, blocks))
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
+        """Return the fields that a checkpoint stores."""
         kept = {"hourglass_amplitude": self.amplitude}
         if self.points.branch_count:
             kept |= {"hourglass_last": self.last, "hourglass_dissipation": self.dissipation}
@@ -192,13 +194,13 @@ class HourglassSprings:
         return kept
 
     def forget_dissipation(self, scenario: int) -> None:
-        """Begin the books anew in a scenario."""
+        """Reset the dissipated energy of a scenario."""
         if self.points.branch_count:
             fields.write_row(self.dissipation, scenario, 0.0)
 
     @ti.func
     def load(self, s, b):
-        """Forces of block b, the branches whose time it is having relaxed."""
+        """Compute the forces of block b after relaxing the branches that are due."""
         if ti.static(self.points.branch_count > 0):
             for k in ti.static(range(self.points.branch_count)):
                 if self.points.relaxation.due[s, k] == 1:
@@ -212,7 +214,7 @@ class HourglassSprings:
 
     @ti.func
     def relax(self, s, b, k: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Let branch k of all modes of a block relax."""
+        """Relax branch k of all modes of a block."""
         dissipated = self.lane(0.0)
         if ti.static(self.count <= UNROLLED):
             for m in ti.static(range(self.count)):
@@ -224,7 +226,7 @@ class HourglassSprings:
 
     @ti.func
     def relax_mode(self, s, b, k: ti.template(), m):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Let branch k of mode m relax; what it has dissipated."""
+        """Relax branch k of mode m and return the energy [J] that it dissipates."""
         share, behind = self.points.relaxation.share[s, k], self.points.relaxation.behind[s, k]
         mu, r = self.points.branch_modulus[k], self.relaxed[s, b, m, k]
         y, last = self.amplitude[s, b, m], self.last[s, b, m]
@@ -235,7 +237,7 @@ class HourglassSprings:
 
     @ti.func
     def stored_energy(self, s, part):
-        """Energy of all springs [J]."""
+        """Return the energy of all springs [J]."""
         energy = self.lane(0.0)
         for b in range(self.blocks.first(part), self.blocks.first(part + 1)):
             for m in range(ti.static(self.count)):
@@ -248,7 +250,7 @@ class HourglassSprings:
 
     @ti.func
     def dissipated_energy(self, s, part):
-        """Dissipated by the branches so far [J]."""
+        """Return the energy dissipated by the branches so far [J]."""
         energy = self.lane(0.0)
         if ti.static(self.points.branch_count > 0):
             for b in range(self.blocks.first(part), self.blocks.first(part + 1)):
@@ -257,29 +259,27 @@ class HourglassSprings:
 
 
 class HourglassElements(OnePointElements):
-    """Elements whose hourglass modes have `springs`."""
+    """Elements with hourglass modes and their `springs`."""
 
     springs: HourglassSprings
 
     def rest_edges(self, region: Region) -> np.ndarray:
-        """D_i (m, d, d) [m]."""
+        """Return D_i (m, d, d) [m]."""
         return hourglass_modes(region).basis
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
         return super().state_fields() | self.springs.state_fields()
 
     def forget_dissipation(self, scenario: int) -> None:
-        """Begin the books of dissipation anew in a scenario whose branches have relaxed."""
         super().forget_dissipation(scenario)
         self.springs.forget_dissipation(scenario)
 
     @ti.func
     def hourglass_energy(self, s, part):
-        """In the hourglass modes [J]."""
+        """Return the energy in the hourglass modes [J]."""
         return self.springs.stored_energy(s, part)
 
     @ti.func
     def hourglass_dissipation(self, s, part):
-        """By their Maxwell branches so far [J]."""
+        """Return the energy dissipated by the Maxwell branches of the hourglass modes so far [J]."""
         return self.springs.dissipated_energy(s, part)

@@ -1,4 +1,4 @@
-"""Energy and stress of a law in kernels, of a whole lane vector at once.
+"""Energy and stress of a law in kernels, for a whole lane vector at a time.
 
 With W1, W2 the slopes of W(I1_bar, I2_bar) and C_bar = r2 C the fictitious second Piola-Kirchhoff
 stress is (Holzapfel 2000, Nonlinear Solid Mechanics, section 6.5)
@@ -18,7 +18,7 @@ from softsim.materials.law import Law
 
 @ti.data_oriented  # an argument of functions in kernels
 class LaneFunctions(Functions):
-    """What laws are computed with beyond arithmetic, of lane vectors."""
+    """Elementary functions of lane vectors, for the laws."""
 
     exp, log, sqrt = staticmethod(ti.exp), staticmethod(ti.log), staticmethod(ti.sqrt)
     cos, acos = staticmethod(ti.cos), staticmethod(ti.acos)
@@ -32,7 +32,7 @@ class LaneFunctions(Functions):
 
 
 class Isochoric:
-    """The constants of a law, in a field: kernels are the same for all their values."""
+    """Kernel class of a law, with its constants in a field, so that all values share kernels."""
 
     def __init__(self, law: Any, metric: Any) -> None:
         self.metric, self.count = metric, len(law.constants)
@@ -46,12 +46,12 @@ class Isochoric:
 
     @ti.func
     def c(self):
-        """The constants."""
+        """Return the constants."""
         return ti.Vector([self.constants[i] for i in range(self.count)])
 
 
 class OfFirstInvariant(Isochoric):
-    """Of a FirstInvariantLaw."""
+    """Kernel class of a FirstInvariantLaw."""
 
     def __init__(self, law: Any, metric: Any) -> None:
         super().__init__(law, metric)
@@ -59,18 +59,18 @@ class OfFirstInvariant(Isochoric):
 
     @ti.func
     def stress(self, C, r2, identity):
-        """2 dW/dC_bar."""
+        """Return 2 dW/dC_bar [Pa]."""
         slope = self.law_slope(r2 * self.metric.contraction(C, identity), self.c())
         return self.metric.scaled(2.0 * slope, identity)
 
     @ti.func
     def energy_density(self, C, r2, identity):
-        """W [J/m^3]."""
+        """Return W [J/m^3]."""
         return self.law_energy(r2 * self.metric.contraction(C, identity), self.c())
 
 
 class OfTwoInvariants(Isochoric):
-    """Of a TwoInvariantLaw."""
+    """Kernel class of a TwoInvariantLaw."""
 
     def __init__(self, law: Any, metric: Any) -> None:
         super().__init__(law, metric)
@@ -79,7 +79,7 @@ class OfTwoInvariants(Isochoric):
 
     @ti.func
     def stress(self, C, r2, identity):
-        """2 dW/dC_bar but for a multiple of C_bar^-1."""
+        """Return 2 dW/dC_bar [Pa] up to a multiple of C_bar^-1."""
         raised = self.metric.raised(self.metric.scaled(r2, C), identity)
         I1, I2 = self.invariants(C, r2, identity, raised)
         W1, W2 = self.law_slopes(I1, I2, self.c(), self.functions)
@@ -87,19 +87,19 @@ class OfTwoInvariants(Isochoric):
 
     @ti.func
     def energy_density(self, C, r2, identity):
-        """W [J/m^3]."""
+        """Return W [J/m^3]."""
         raised = self.metric.raised(self.metric.scaled(r2, C), identity)
         I1, I2 = self.invariants(C, r2, identity, raised)
         return self.law_energy(I1, I2, self.c(), self.functions)
 
     @ti.func
     def invariants(self, C, r2, identity, raised):
-        """I1_bar and I2_bar."""
+        """Return I1_bar and I2_bar."""
         I1 = r2 * self.metric.contraction(C, identity)
         return I1, 0.5 * (I1 * I1 - r2 * self.metric.contraction(C, raised))
 
 
 def isochoric(law: Law, metric: Any) -> Isochoric:
-    """The kernels' part of a law, for tensors of this metric."""
+    """Return the kernel class of a law, for tensors of this metric."""
     kind = OfTwoInvariants if law.depends_on_I2 else OfFirstInvariant
     return kind(law, metric)

@@ -1,7 +1,7 @@
 """A thin layer on the surface of a body: a membrane, which resists stretching and not bending.
 
-Of constant strain on each straight edge of a section or triangle in space. With the places x_c of
-its corners and the gradients G_c of its shape functions along it at rest,
+The strain is constant on each straight edge of a section or triangle in space. With the places x_c
+of its nodes and the gradients G_c of its shape functions along it at rest,
     F = sum_c x_c (x) G_c,   E = (F^T F - 1) / 2,
 and the stress across it is zero, so that of St. Venant and Kirchhoff's law is left, in the plane of
 the layer and with Young's modulus E_Y (Belytschko, Liu, Moran, Nonlinear Finite Elements, ch. 9),
@@ -27,9 +27,9 @@ from softsim.term import Pass, Stage, Term
 
 @dataclass(frozen=True)
 class Layer:
-    """facets (m, c): edges or triangles, numbered in the model. gradients (m, c, k) [1/m]: G_c, k
-    being 1 or 2. around (m,) [1/m]: of what goes around, 1 over the radius at rest, else 0.
-    volumes (m,) [m^3]. youngs_modulus [Pa], poisson_ratio [-], mass [kg].
+    """Layer. facets (m, c): edges or triangles, numbered in the model. gradients (m, c, k) [1/m]:
+    G_c, k being 1 or 2. around (m,) [1/m]: 1 over the radius at rest of facets with hoop strain,
+    else 0. volumes (m,) [m^3]. youngs_modulus [Pa], poisson_ratio [-], mass [kg].
     """
 
     name: str
@@ -43,27 +43,27 @@ class Layer:
 
     @property
     def lame(self) -> tuple[float, float]:
-        """S = lambda tr(E) 1 + 2 mu E: lambda, which is that of a plane stress, and mu [Pa]."""
+        """Constants lambda, that of plane stress, and mu [Pa] of S = lambda tr(E) 1 + 2 mu E."""
         E, nu = self.youngs_modulus, self.poisson_ratio
         return E * nu / (1.0 - nu**2), 0.5 * E / (1.0 + nu)
 
     @property
     def stiffest(self) -> float:
-        """Largest S : E over E : E [Pa], of an edge that cannot strain across it its S over E."""
+        """Largest S : E over E : E [Pa]; S over E of an edge without strain across it."""
         first, second = self.lame
         alone = self.gradients.shape[2] == 1 and not self.around.any()
         return first + 2.0 * second if alone else 2.0 * first + 2.0 * second
 
     def deformation(self, x: np.ndarray) -> np.ndarray:
-        """F (m, d, k) with the model's nodes at x (n, d) [m]."""
+        """Return F (m, d, k) with the model's nodes at x (n, d) [m]."""
         return np.einsum("mci,mck->mik", x[self.facets], self.gradients)
 
     def hoop(self, x: np.ndarray) -> np.ndarray:
-        """Stretch (m,) in the other direction of a section."""
+        """Return the stretch (m,) in the second direction of a section."""
         return np.where(self.around > 0.0, self.around * x[self.facets][:, :, 0].mean(axis=1), 1.0)
 
     def stress(self, x: np.ndarray) -> np.ndarray:
-        """S (m, 2, 2) [Pa]."""
+        """Return S (m, 2, 2) [Pa]."""
         F, C = self.deformation(x), np.zeros((len(self.facets), 2, 2))
         C[:, 1, 1] = self.hoop(x) ** 2
         k = F.shape[2]
@@ -74,8 +74,9 @@ class Layer:
         return first * trace[:, None, None] * np.eye(2) + 2.0 * second * strain
 
     def rest_stiffness(self, points: np.ndarray) -> sp.csr_matrix:
-        """K (n d, n d) [N/m] at rest, with the nodes at points (n, d) [m]: without stress all of it
-        is B^T D B, E = B u.
+        """Return K (n d, n d) [N/m] at rest, with the nodes at points (n, d) [m].
+
+        Without stress it is B^T D B, with E = B u.
         """
         (n, d), (m, c, k) = points.shape, self.gradients.shape
         F = self.deformation(points)
@@ -95,7 +96,7 @@ class Layer:
 
 
 class LayerTerm(Term):
-    """A layer in kernels."""
+    """Force term of a layer."""
 
     def __init__(self, nodes: Nodes, layer: Layer) -> None:
         self.nodes, self.count = nodes, Number(len(layer.facets))
@@ -108,12 +109,11 @@ class LayerTerm(Term):
         self.first_slot = nodes.corner_forces.reserve(layer.facets)
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
         return {Stage.MOVE: [Pass("layers", int(self.count), (self.stretch,))]}
 
     @ti.func
     def deformation(self, s, i):
-        """F of facet i."""
+        """Return F of facet i."""
         F = ti.Matrix.zero(backend.real, self.nodes.dimension, self.directions)
         for c in ti.static(range(self.corner_count)):
             F += self.nodes.position[s, self.corner[i, c]].outer_product(self.gradient[c][i])
@@ -121,7 +121,7 @@ class LayerTerm(Term):
 
     @ti.func
     def hoop(self, s, i):
-        """Stretch of facet i in the other direction of a section."""
+        """Return the stretch of facet i in the second direction of a section."""
         h = ti.cast(1.0, backend.real)
         if ti.static(self.goes_around):
             h = 0.0
@@ -132,7 +132,7 @@ class LayerTerm(Term):
 
     @ti.func
     def strain(self, F, h):
-        """E (2, 2)."""
+        """Return E (2, 2)."""
         E = ti.Matrix([[-0.5, 0.0], [0.0, 0.5 * (h * h - 1.0)]])
         if ti.static(self.directions == 2):
             E[1, 1] = -0.5
@@ -143,7 +143,7 @@ class LayerTerm(Term):
 
     @ti.func
     def stress(self, E):
-        """S (2, 2) [Pa]."""
+        """Return S (2, 2) [Pa]."""
         S = 2.0 * self.lame[1] * E
         pressed = self.lame[0] * E.trace()
         S[0, 0] += pressed
@@ -152,7 +152,7 @@ class LayerTerm(Term):
 
     @ti.func
     def stretch(self, s, i, t, dt):
-        """Forces of facet i on its corners."""
+        """Write the forces of facet i on its nodes."""
         F, h = self.deformation(s, i), self.hoop(s, i)
         S, V = self.stress(self.strain(F, h)), self.volume[i]
         for c in ti.static(range(self.corner_count)):
@@ -166,7 +166,7 @@ class LayerTerm(Term):
 
     @ti.func
     def stored_energy(self, s, part):
-        """Of stretching [J]."""
+        """Return the energy of stretching [J]."""
         energy = ti.cast(0.0, backend.real)
         for i in range(self.count.first(part), self.count.first(part + 1)):
             E = self.strain(self.deformation(s, i), self.hoop(s, i))

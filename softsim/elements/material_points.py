@@ -1,13 +1,14 @@
-"""The material at the one integration point of each element: law and Maxwell branches.
+"""Material at the integration point of each element: law and Maxwell branches.
 
-Maxwell branches (Linder, Tkachuk, Miehe 2011, J. Mech. Phys. Solids 59:2134-2156): each holds a
-viscous metric A, at rest the inverse of C_bar:
+Each Maxwell branch (Linder, Tkachuk, Miehe 2011, J. Mech. Phys. Solids 59:2134-2156) has a viscous
+metric A, at rest the inverse of C_bar:
     energy   mu/2 (A : C_bar - 3 - ln det A),    dA/dt = (C_bar^-1 - A) / tau,
     dissipation  mu/(2 tau) (A : C_bar + A^-1 : C_bar^-1 - 6) >= 0.
-After a sudden stretch the branch stress decays as exp(-t / tau). When each branch relaxes:
-elements/relaxation.py; the sum of their mu A is kept in between.
+After a sudden stretch the branch stress decays as exp(-t / tau). The increments in
+which a branch relaxes follow from elements/relaxation.py; the sum of mu A is stored in between.
 
-Books: the force on a metric is -d(energy)/dA = mu/2 (A^-1 - C_bar), so a branch has dissipated
+Energy balance: the force on a metric is -d(energy)/dA = mu/2 (A^-1 - C_bar), so a branch has
+dissipated
     mu/2 (ln det A - integral of C_bar : dA).
 ln det A is that of the present, the integral is summed by the trapezoidal rule in every increment
 in which A changes, as the work of central differences is: for small strains the books then close
@@ -31,7 +32,8 @@ from softsim.term import Pass
 
 
 class MaterialPoints:
-    """Points of elements with the edges `rest_edges` (m, edges, d) at rest, m whole lane vectors.
+    """Material points of elements with the edges `rest_edges` (m, edges, d) at rest, m whole lane
+    vectors.
 
     metric: PlaneMetric or SpaceMetric.
     """
@@ -61,16 +63,16 @@ class MaterialPoints:
 
     @staticmethod
     def _alike(components: np.ndarray, scenarios: int) -> list[ti.MatrixField]:
-        """Fields of the components (m, components) of a tensor, the same in all scenarios."""
+        """Return fields of the components (m, components) of a tensor, equal in all scenarios."""
         each = np.repeat(components.T[:, None], scenarios, axis=1)
         return [lane_data(component) for component in each]
 
     def passes(self) -> list[Pass]:
-        """Of an increment, before the stress."""
+        """Return the passes that an increment needs before the stress."""
         return [Pass("elements", 1, (self.relaxation.tick,))] if self.branch_count else []
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
+        """Return the fields that a checkpoint stores."""
         if not self.branch_count:
             return {}
         kept = {"metric_work": self.metric_work}
@@ -86,24 +88,24 @@ class MaterialPoints:
         return kept
 
     def set_time_increment(self, scenario: int, dt: float) -> None:
-        """Take the time step [s] of a scenario; infinite: branches relax at once."""
+        """Set the time step [s] of a scenario; infinite: branches relax at once."""
         if self.branch_count:
             self.relaxation.set_time_increment(scenario, dt)
 
     def forget_dissipation(self, scenario: int) -> None:
-        """Begin the books anew, of a scenario whose branches have relaxed: ln det A = 0."""
+        """Reset the dissipation of a scenario whose branches have relaxed: ln det A = 0."""
         if self.branch_count:
             fields.write_row(self.metric_work, scenario, 0.0)
 
     @ti.func
     def cofactor(self, b, C):
-        """J^2 C^-1: the components' determinant is J^2 / det I."""
+        """Return J^2 C^-1; the components' determinant is J^2 / det I."""
         adjugate = self.metric.adjugate(C)
         return self.metric.scaled(self._identity_determinant(b), adjugate)
 
     @ti.func
     def fictitious_stress(self, s, b, C, r2):
-        """M = 2 dW/dC_bar + sum mu A, the branches whose time it is having relaxed."""
+        """Return M = 2 dW/dC_bar + sum mu A [Pa] after relaxing the branches that are due."""
         M = self.elastic.stress(C, r2, self._identity(b))
         if ti.static(self.branch_count > 0):
             C_bar = self.metric.scaled(r2, C)
@@ -117,7 +119,7 @@ class MaterialPoints:
 
     @ti.func
     def relax(self, s, b, k: ti.template(), C_bar, last):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Let branch k of a block relax; the present C_bar and that of the increment before."""
+        """Relax branch k of a block; C_bar: current, last: of the previous increment."""
         one = self.metric.lane(1.0)
         share, behind = self.relaxation.share[s, k], self.relaxation.behind[s, k]
         at = self.branch_count * b + k
@@ -134,7 +136,7 @@ class MaterialPoints:
 
     @ti.func
     def stored_energy(self, s, b, C, r2):
-        """Energy density of law and Maxwell springs [J/m^3]."""
+        """Return the energy density of law and Maxwell springs [J/m^3]."""
         w = self.elastic.energy_density(C, r2, self._identity(b))
         for k in ti.static(range(self.branch_count)):
             A = self.metric.stored(self.viscous_metric, s, self.branch_count * b + k)
@@ -144,7 +146,7 @@ class MaterialPoints:
 
     @ti.func
     def dissipation(self, s, b):
-        """What the Maxwell branches have dissipated so far [J/m^3]."""
+        """Return the energy density that the Maxwell branches have dissipated so far [J/m^3]."""
         w = self.metric.lane(0.0)
         if ti.static(self.branch_count > 0):
             w -= 0.5 * self.metric_work[s, b]
@@ -167,6 +169,6 @@ class MaterialPoints:
 
 
 def _repeated_by_block(values: np.ndarray, count: int) -> np.ndarray:
-    """Each block of lanes of the values (m, ...) `count` times, one after another."""
+    """Return each block of lanes of the values (m, ...) `count` times, one after another."""
     blocks = values.reshape(-1, backend.lanes(), *values.shape[1:])
     return np.repeat(blocks, count, axis=0).reshape(-1, *values.shape[1:])

@@ -1,4 +1,4 @@
-"""Element quantities that people look at, in numpy: volume ratio, stretch, von Mises stress."""
+"""Element results in numpy: volume ratio, stretch, von Mises stress, nodal pressure."""
 
 from dataclasses import dataclass
 
@@ -10,11 +10,11 @@ from softsim.elements.region import Region
 
 @dataclass(frozen=True)
 class ElementMeasures:
-    """Per element (m,): J [-], largest principal stretch [-], I1_bar [-], von Mises stress [Pa]
-    and shear stiffness [Pa] as in `Law.shear_stiffness` (law alone).
+    """Results per element (m,): J [-], largest principal stretch [-], I1_bar [-], von Mises stress
+    [Pa] and shear stiffness [Pa] as in `Law.shear_stiffness` (law alone).
 
     nodal_pressure (n,) [Pa]: -kappa (J_a - 1), J_a of all elements around a node, positive in
-    compression; NaN beside the region. Of elements with a pressure of their own it is the mean.
+    compression; NaN outside the region. Where elements have one pressure each it is their mean.
     """
 
     J: np.ndarray
@@ -26,7 +26,7 @@ class ElementMeasures:
 
 
 def measure_elements(region: Region, x: np.ndarray) -> ElementMeasures:
-    """Measure the elements of a region with its body's nodes now at x (n, d) [m]."""
+    """Return the results of a region's elements with its body's nodes at x (n, d) [m]."""
     volume, cells, material = region.volumes, region.cells, region.material
     # A failed run is measured too: places that are no numbers give measures that are none.
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -47,9 +47,10 @@ def measure_elements(region: Region, x: np.ndarray) -> ElementMeasures:
 
 
 def cauchy_stress(region: Region, x: np.ndarray) -> np.ndarray:
-    """Cauchy stress (m, 6) [Pa] of the elements of a region with its body's nodes now at x (n, d)
-    [m]: xx, yy, zz, xy, yz, zx. Law and pressure, which is the mean of its corners'; without
-    Maxwell branches. NaN where the place of a node is.
+    """Return the Cauchy stress (m, 6) [Pa] of a region's elements: xx, yy, zz, xy, yz, zx.
+
+    x (n, d) [m]: positions of the body's nodes. The stress is that of the law and of the mean of
+    the nodal pressures, without Maxwell branches; NaN where the position of a node is NaN.
     """
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         F = region.deformation(x)
@@ -64,10 +65,11 @@ def cauchy_stress(region: Region, x: np.ndarray) -> np.ndarray:
 
 
 def principal_values(tensors: np.ndarray) -> np.ndarray:
-    """Eigenvalues (m, 3), falling, of symmetric tensors (m, 3, 3), in closed form (Smith 1961,
-    Comm. ACM 4:168); numpy's solver takes fifty times as long on many small matrices. NaN where
-    there is one in the tensor. Where two eigenvalues are equal each keeps half the digits (the arc
-    cosine near 1), their sum and product all.
+    """Return the eigenvalues (m, 3), falling, of symmetric tensors (m, 3, 3).
+
+    In closed form (Smith 1961, Comm. ACM 4:168); numpy's solver takes fifty times as long on many
+    small matrices. NaN where there is one in the tensor. Where two eigenvalues are equal each keeps
+    half the digits (the arc cosine near 1), their sum and product all.
     """
     mean = np.trace(tensors, axis1=1, axis2=2) / 3.0
     deviator = tensors - mean[:, None, None] * np.eye(3)

@@ -5,10 +5,10 @@ The edges from corner 0 are D_i at rest and d_i = F D_i now (convected coordinat
     C_ij = d_i . d_j,    I^ij = inverse of D_i . D_j,    J = det(d) / det(D),
 and the second Piola-Kirchhoff stress S^ij puts on corner i the force -V S^ij d_j. C has lower
 indices; its inverse, the identity I, viscous metrics and S have upper ones; only tensors of
-opposite kind are contracted. A section adds the direction across it, zz, which is orthonormal.
+opposite kind are contracted. A section adds the out-of-plane direction, zz, which is orthonormal.
 
-Two kinds with the same operations: `PlaneMetric` for sections (edges a and b) and `SpaceMetric`
-(edges a, b and c). Whoever holds one of them writes the same equation for both.
+Two classes have the same operations, so that an equation is written once for both: `PlaneMetric`
+for sections (edges a and b) and `SpaceMetric` (edges a, b and c).
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ from softsim import backend
 
 
 class PlaneMetric:
-    """`Symmetric`: components aa, bb, ab in the plane and zz across it."""
+    """Operations on `Symmetric` tensors with the components aa, bb, ab in the plane and zz."""
 
     components = ("aa", "bb", "ab", "zz")
 
@@ -28,11 +28,11 @@ class PlaneMetric:
         self.Symmetric = ti.types.struct(aa=lane, bb=lane, ab=lane, zz=lane)
 
     def identity(self, edges: np.ndarray) -> np.ndarray:
-        """I^ij (m, components) of elements with the edges D (m, edges, d) at rest."""
+        """Return I^ij (m, components) of elements with the edges D (m, edges, d) at rest."""
         return self._components(np.linalg.inv(edges @ edges.transpose(0, 2, 1)))
 
     def stretch_at_rest(self, edges: np.ndarray) -> np.ndarray:
-        """C_ij = D_i . D_j (m, components) of the same elements."""
+        """Return C_ij = D_i . D_j (m, components) of the same elements."""
         return self._components(edges @ edges.transpose(0, 2, 1))
 
     def _components(self, matrix: np.ndarray) -> np.ndarray:
@@ -41,7 +41,7 @@ class PlaneMetric:
 
     @ti.func
     def mixed(self, a, A, b, B):
-        """a A + b B."""
+        """Return a A + b B."""
         return self.Symmetric(
             aa=a * A.aa + b * B.aa,
             bb=a * A.bb + b * B.bb,
@@ -51,22 +51,22 @@ class PlaneMetric:
 
     @ti.func
     def sum(self, A, B):
-        """A + B."""
+        """Return A + B."""
         return self.Symmetric(aa=A.aa + B.aa, bb=A.bb + B.bb, ab=A.ab + B.ab, zz=A.zz + B.zz)
 
     @ti.func
     def scaled(self, a, A):
-        """a A."""
+        """Return a A."""
         return self.Symmetric(aa=a * A.aa, bb=a * A.bb, ab=a * A.ab, zz=a * A.zz)
 
     @ti.func
     def contraction(self, A, B):
-        """A : B, one with lower and one with upper indices."""
+        """Return A : B, one with lower and one with upper indices."""
         return A.aa * B.aa + A.bb * B.bb + 2.0 * A.ab * B.ab + A.zz * B.zz
 
     @ti.func
     def raised(self, A, B):
-        """B A B: A with both of its lower indices raised by B."""
+        """Return B A B: A with both of its lower indices raised by B."""
         return self.Symmetric(
             aa=B.aa * B.aa * A.aa + 2.0 * B.aa * B.ab * A.ab + B.ab * B.ab * A.bb,
             bb=B.ab * B.ab * A.aa + 2.0 * B.ab * B.bb * A.ab + B.bb * B.bb * A.bb,
@@ -76,26 +76,26 @@ class PlaneMetric:
 
     @ti.func
     def adjugate(self, A):
-        """The components' determinant times the inverse of A."""
+        """Return the components' determinant times the inverse of A."""
         return self.Symmetric(
             aa=A.bb * A.zz, bb=A.aa * A.zz, ab=-A.ab * A.zz, zz=A.aa * A.bb - A.ab * A.ab
         )
 
     @ti.func
     def determinant(self, A):
-        """Determinant of the components."""
+        """Return the determinant of the components."""
         return A.zz * (A.aa * A.bb - A.ab * A.ab)
 
     @ti.func
     def stored(self, fields: ti.template(), s, b):  # type: ignore[valid-type]  # Taichi wants an instance
-        """The tensor in the fields (one a component) at [s, b]."""
+        """Return the tensor in the fields (one per component) at [s, b]."""
         return self.Symmetric(
             aa=fields[0][s, b], bb=fields[1][s, b], ab=fields[2][s, b], zz=fields[3][s, b]
         )
 
     @ti.func
     def store(self, fields: ti.template(), s, b, A):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Put a tensor into the fields at [s, b]."""
+        """Write a tensor to the fields at [s, b]."""
         fields[0][s, b] = A.aa
         fields[1][s, b] = A.bb
         fields[2][s, b] = A.ab
@@ -103,7 +103,7 @@ class PlaneMetric:
 
 
 class SpaceMetric:
-    """`Symmetric`: components aa, bb, cc, ab, bc, ca."""
+    """Operations on `Symmetric` tensors with the components aa, bb, cc, ab, bc, ca."""
 
     components = ("aa", "bb", "cc", "ab", "bc", "ca")
 
@@ -113,11 +113,11 @@ class SpaceMetric:
         self.Symmetric = ti.types.struct(aa=lane, bb=lane, cc=lane, ab=lane, bc=lane, ca=lane)
 
     def identity(self, edges: np.ndarray) -> np.ndarray:
-        """I^ij (m, components) of elements with the edges D (m, edges, d) at rest."""
+        """Return I^ij (m, components) of elements with the edges D (m, edges, d) at rest."""
         return self._components(np.linalg.inv(edges @ edges.transpose(0, 2, 1)))
 
     def stretch_at_rest(self, edges: np.ndarray) -> np.ndarray:
-        """C_ij = D_i . D_j (m, components) of the same elements."""
+        """Return C_ij = D_i . D_j (m, components) of the same elements."""
         return self._components(edges @ edges.transpose(0, 2, 1))
 
     def _components(self, matrix: np.ndarray) -> np.ndarray:
@@ -126,7 +126,7 @@ class SpaceMetric:
 
     @ti.func
     def mixed(self, a, A, b, B):
-        """a A + b B."""
+        """Return a A + b B."""
         return self.Symmetric(
             aa=a * A.aa + b * B.aa,
             bb=a * A.bb + b * B.bb,
@@ -138,7 +138,7 @@ class SpaceMetric:
 
     @ti.func
     def sum(self, A, B):
-        """A + B."""
+        """Return A + B."""
         return self.Symmetric(
             aa=A.aa + B.aa,
             bb=A.bb + B.bb,
@@ -150,14 +150,14 @@ class SpaceMetric:
 
     @ti.func
     def scaled(self, a, A):
-        """a A."""
+        """Return a A."""
         return self.Symmetric(
             aa=a * A.aa, bb=a * A.bb, cc=a * A.cc, ab=a * A.ab, bc=a * A.bc, ca=a * A.ca
         )
 
     @ti.func
     def contraction(self, A, B):
-        """A : B, one with lower and one with upper indices."""
+        """Return A : B, one with lower and one with upper indices."""
         return (
             A.aa * B.aa
             + A.bb * B.bb
@@ -167,7 +167,7 @@ class SpaceMetric:
 
     @ti.func
     def raised(self, A, B):
-        """B A B: A with both of its lower indices raised by B."""
+        """Return B A B: A with both of its lower indices raised by B."""
         # Rows of A B.
         a_a = A.aa * B.aa + A.ab * B.ab + A.ca * B.ca
         a_b = A.aa * B.ab + A.ab * B.bb + A.ca * B.bc
@@ -189,7 +189,7 @@ class SpaceMetric:
 
     @ti.func
     def adjugate(self, A):
-        """The components' determinant times the inverse of A."""
+        """Return the components' determinant times the inverse of A."""
         return self.Symmetric(
             aa=A.bb * A.cc - A.bc * A.bc,
             bb=A.cc * A.aa - A.ca * A.ca,
@@ -201,7 +201,7 @@ class SpaceMetric:
 
     @ti.func
     def determinant(self, A):
-        """Determinant of the components."""
+        """Return the determinant of the components."""
         return (
             A.aa * (A.bb * A.cc - A.bc * A.bc)
             + A.ab * (A.bc * A.ca - A.ab * A.cc)
@@ -210,7 +210,7 @@ class SpaceMetric:
 
     @ti.func
     def stored(self, fields: ti.template(), s, b):  # type: ignore[valid-type]  # Taichi wants an instance
-        """The tensor in the fields (one a component) at [s, b]."""
+        """Return the tensor in the fields (one per component) at [s, b]."""
         return self.Symmetric(
             aa=fields[0][s, b],
             bb=fields[1][s, b],
@@ -222,7 +222,7 @@ class SpaceMetric:
 
     @ti.func
     def store(self, fields: ti.template(), s, b, A):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Put a tensor into the fields at [s, b]."""
+        """Write a tensor to the fields at [s, b]."""
         fields[0][s, b] = A.aa
         fields[1][s, b] = A.bb
         fields[2][s, b] = A.cc
@@ -233,7 +233,7 @@ class SpaceMetric:
 
 @ti.func
 def inverse_cube_root(J):
-    """J^(-1/3) by two rounds of Halley's kind from a quadratic seed: with e = 1 - J y^3 the exact
+    """Return J^(-1/3), by two Halley iterations from a quadratic seed: with e = 1 - J y^3 the exact
     value is y (1 - e)^(-1/3) = y (1 + e/3 + 2 e^2/9 + 14 e^3/81 ...).
 
     Relative error below 1e-11 for 0.6 < J < 1.5 and below 1e-5 for 0.3 < J < 2; outside the latter

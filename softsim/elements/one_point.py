@@ -1,7 +1,7 @@
-"""What all elements share: lanes of corners, one material point, pressures.
+"""Base class of elements with one integration point.
 
-An increment asks for three passes at least: `deform`, `press`, `stress_corners`.
-Tensors are written in a basis of each element's own, see elements/metric.py.
+An increment has three passes at least: `deform`, `press`, `stress_corners`.
+Tensors are written in the basis of each element's edges, see elements/metric.py.
 """
 
 from typing import Any
@@ -20,7 +20,7 @@ from softsim.term import Pass, Stage, Term
 
 
 class OnePointElements(Term):
-    """All elements of one region.
+    """Force term of all elements of one region.
 
     nodes: the shared nodes. metric: PlaneMetric or SpaceMetric. bulk_viscosity: b1 [-].
     """
@@ -64,7 +64,6 @@ class OnePointElements(Term):
         self.current_volume = real_field(np.zeros((scenarios, blocks * lanes + 1)))
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
         pressures, blocks = int(self.pressure.elements_of.blocks), int(self.blocks)
         return {
             Stage.MOVE: [Pass("elements", blocks, (self.deform,)), *self.points.passes()],
@@ -73,20 +72,19 @@ class OnePointElements(Term):
         }
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
         return self.points.state_fields() | self.pressure.state_fields()
 
     def set_time_increment(self, scenario: int, dt: float) -> None:
-        """Take the time step [s] of a scenario; infinite: branches have relaxed."""
         self.points.set_time_increment(scenario, dt)
 
     def forget_dissipation(self, scenario: int) -> None:
-        """Begin the books of dissipation anew in a scenario whose branches have relaxed."""
         self.points.forget_dissipation(scenario)
         self.pressure.forget_dissipation(scenario)
 
     def rest_edges(self, region: Region) -> np.ndarray:
-        """The basis D_i (m, d, d) [m] of each element at rest, row by row: edges from corner 0."""
+        """Return the basis D_i (m, d, d) [m] of each element at rest, row by row: edges from node
+        0.
+        """
         corners = region.points[region.cells]
         edges: np.ndarray = corners[:, 1:] - corners[:, :1]
         return edges
@@ -101,7 +99,7 @@ class OnePointElements(Term):
 
     @ti.func
     def corner_component(self, s, b, corner: ti.template(), k: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Coordinate k of one corner of a block."""
+        """Return coordinate k of one node of each element of a block."""
         x = self.metric.lane(0.0)
         for lane in ti.static(range(backend.lanes())):
             x[lane] = self.nodes.position[s, self.corner[b, corner, lane]][k]
@@ -109,19 +107,19 @@ class OnePointElements(Term):
 
     @ti.func
     def keep_volume(self, s, b, J):
-        """Note the present volumes J V of block b for its pressures."""
+        """Store the current volumes J V of block b for its pressures."""
         volume = J * self.volume[b]
         for lane in ti.static(range(backend.lanes())):
             self.current_volume[s, b * ti.static(backend.lanes()) + lane] = volume[lane]
 
     @ti.func
     def press(self, s, b, t, dt):
-        """A block of pressures."""
+        """Compute a block of pressures."""
         self.pressure.press(s, b, dt, self.current_volume)
 
     @ti.func
     def average_pressure(self, s, b):
-        """Element pressure: the mean of those that it has (positive in tension)."""
+        """Return the element pressure, the mean of its pressure points (positive in tension)."""
         p = self.metric.lane(0.0)
         for lane in ti.static(range(backend.lanes())):
             for c in ti.static(range(self.shares)):
@@ -130,7 +128,7 @@ class OnePointElements(Term):
 
     @ti.func
     def stress(self, s, b):
-        """V S with S = J^(-2/3) (M - (C : M) / 3 C^-1) + p J C^-1, M of `fictitious_stress`."""
+        """Return V S with S = J^(-2/3) (M - (C : M) / 3 C^-1) + p J C^-1, M of `fictitious_stress`."""
         C, J = self.stretch(s, b)
         r = inverse_cube_root(J)
         r2 = r * r
@@ -144,7 +142,7 @@ class OnePointElements(Term):
 
     @ti.func
     def push_corner(self, s, b, corner: ti.template(), k: ti.template(), force):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Put component k of the forces on one corner of a block (a lane vector) into its slots."""
+        """Write component k of the forces (a lane vector) on one node of a block to its slots."""
         first = self.first_slot + (self.corners * b + corner) * ti.static(backend.lanes())
         for lane in ti.static(range(backend.lanes())):
             self.nodes.corner_forces.component[k][s, first + lane] = force[lane]
@@ -153,7 +151,7 @@ class OnePointElements(Term):
 
     @ti.func
     def stored_energy(self, s, part):
-        """Energy [J] in the law, the Maxwell springs, the volume and hourglass modes."""
+        """Return the energy [J] of the law, Maxwell springs, compression and hourglass modes."""
         in_elements = self.metric.lane(0.0)
         for b in range(self.blocks.first(part), self.blocks.first(part + 1)):
             C, J = self.stretch(s, b)
@@ -167,12 +165,14 @@ class OnePointElements(Term):
 
     @ti.func
     def hourglass_energy(self, s, part):
-        """The part of it in hourglass modes, where elements have any: ABAQUS's ALLAE."""
+        """Return the energy [J] in hourglass modes (ABAQUS's ALLAE), zero without such modes."""
         return ti.cast(0.0, backend.real)
 
     @ti.func
     def dissipated_energy(self, s, part):
-        """Dissipated so far [J]: nothing by friction; by Maxwell dashpots and bulk viscosity."""
+        """Return the dissipated energy [J]: zero by friction; by Maxwell dashpots and bulk
+        viscosity.
+        """
         in_elements = self.metric.lane(0.0)
         for b in range(self.blocks.first(part), self.blocks.first(part + 1)):
             in_elements += self.points.dissipation(s, b) * self.volume[b]
@@ -181,19 +181,20 @@ class OnePointElements(Term):
 
     @ti.func
     def hourglass_dissipation(self, s, part):
-        """The part of it in hourglass modes."""
+        """Return the energy [J] that hourglass modes have dissipated so far."""
         return ti.cast(0.0, backend.real)
 
 
 def padded(values: np.ndarray) -> np.ndarray:
-    """Per-element values (m, ...) with the last one repeated up to whole lane vectors."""
+    """Return per-element values (m, ...), the last one repeated up to whole lane vectors."""
     padding = backend.lane_blocks(len(values)) * backend.lanes() - len(values)
     return np.concatenate([values, np.repeat(values[-1:], padding, axis=0)])
 
 
 def lane_tables(values: np.ndarray) -> ti.MatrixField:
-    """A field [block, ...] of values (m, ...) of whole lane vectors of elements: one field where
-    there would be many, of which Taichi can hold a thousand components.
+    """Return a field [block, ...] of values (m, ...) of whole lane vectors of elements.
+
+    One field replaces many, because Taichi allows about a thousand components.
     """
     lanes = backend.lanes()
     blocks = np.moveaxis(values.reshape(-1, lanes, *values.shape[1:]), 1, -1)
@@ -201,7 +202,7 @@ def lane_tables(values: np.ndarray) -> ti.MatrixField:
 
 
 def followed_by_zeros(values: np.ndarray) -> np.ndarray:
-    """Per-element values (m, ...) with zeros up to whole lane vectors: what padding stores."""
+    """Return per-element values (m, ...), padded with zeros up to whole lane vectors."""
     result = padded(values)
     result[len(values) :] = 0.0
     return result

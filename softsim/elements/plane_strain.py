@@ -21,46 +21,44 @@ from softsim.nodes import Nodes
 
 @dataclass(frozen=True)
 class PlaneStrain(Geometry):
-    """A plate of given thickness [m] that cannot strain across it."""
+    """Plate of given thickness [m] without out-of-plane strain."""
 
     thickness: float
     name = "plane_strain"
     dimension = 2
 
     def of_cells(self, numbers: np.ndarray, thickness: float | None) -> "PlaneStrain":
-        """Of another thickness [m] where one is given."""
+        """Return the geometry with another thickness [m] if given."""
         return self if thickness is None else PlaneStrain(thickness)
 
     def depths(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """The thickness (1, 1) [m]."""
+        """Return the thickness (1, 1) [m]."""
         return np.array([[self.thickness]])
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
-        """Volume [m^3] on the free side of a closed chain of edges (k, 2)."""
+        """Return the volume [m^3] on the free side of a closed chain of edges (k, 2)."""
         a, b = x[facets[:, 0]], x[facets[:, 1]]
         return 0.5 * self.thickness * float((a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1]).sum())
 
     def corner_areas(self, x: np.ndarray, edges: np.ndarray) -> np.ndarray:
-        """Area (k, 2) [m^2] of edges (k, 2) that each of their ends stands for."""
+        """Return the tributary area (k, 2) [m^2] of each end of edges (k, 2)."""
         return 0.5 * self.thickness * np.repeat(edge_lengths(x, edges)[:, None], 2, axis=1)
 
     def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """d(enclosed volume)/dx of the corners (k, 2, d) [m^2]: forces of a pressure of 1 Pa."""
+        """Return d(enclosed volume)/dx at the nodes (k, 2, d) [m^2]: forces of 1 Pa."""
         d = x[facets[:, 1]] - x[facets[:, 0]]
         half = 0.5 * self.thickness * np.stack([-d[:, 1], d[:, 0]], axis=1)
         return np.stack([half, half], axis=1)
 
     def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
-        """What computes their forces."""
         return section_elements(nodes, region, bulk_viscosity, Across())
 
     def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
-        """What a pressure on facets, as `pressed` gives them, does."""
         return PlaneFacets(nodes, facets, self.thickness)
 
 
 class PlaneFacets(Facets):
-    """Edges (k, 2) of a section; `thickness` deep [m]."""
+    """Edges (k, 2) of a section of given `thickness` [m]."""
 
     def __init__(self, nodes: Nodes, facets: np.ndarray, thickness: float) -> None:
         super().__init__(nodes, facets)
@@ -68,7 +66,7 @@ class PlaneFacets(Facets):
 
     @ti.func
     def unit_forces(self, s, i):
-        """Forces (corner, component) of a pressure of 1 Pa on facet i [m^2]: half of
+        """Return the forces (node, component) of a pressure of 1 Pa on facet i [m^2]: half of
         h (-dy, dx) on each end.
         """
         d = self.nodes.position[s, self.node[i, 1]] - self.nodes.position[s, self.node[i, 0]]
@@ -77,7 +75,7 @@ class PlaneFacets(Facets):
 
     @ti.func
     def volume(self, s, i):
-        """What facet i adds to the volume of its chamber [m^3], seen from the origin."""
+        """Return the chamber volume [m^3] that facet i bounds: its prism to the origin."""
         a = self.nodes.position[s, self.node[i, 0]]
         b = self.nodes.position[s, self.node[i, 1]]
         return 0.5 * self.thickness[0] * (a[1] * b[0] - a[0] * b[1])

@@ -1,4 +1,4 @@
-"""Pressures: averaged at the nodes, which keeps linear simplexes from locking, or one an element.
+"""Pressures averaged at nodes, so that triangles and tetrahedra do not lock, or one per element.
 
 Bonet and Burton 1998, Commun. Numer. Meth. Engng 14:437-449:
     J_a = current over reference nodal volume,  p_a = kappa (J_a - 1),  element pressure = mean p_a;
@@ -21,9 +21,9 @@ from softsim.nodes import NodeLists
 class PressurePoints:
     """Pressures of one region of a body.
 
-    members: (m, k) numbers of the pressures of each element, volume: (m,) [m^3]. size: (n,) length
-    of what a pressure stands for [m], zero of nodes beside the region. bulk_viscosity: b1 [-].
-    element_count: of the lanes, with padding.
+    members: (m, k) numbers of the pressures of each element, volume: (m,) [m^3]. size (n,) [m]:
+    length of the area or volume of a pressure, zero for nodes outside the region. bulk_viscosity:
+    b1 [-]. element_count: number of lanes, with padding.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class PressurePoints:
         self.pressure = real_field(np.zeros((scenarios, count)))
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
+        """Return the fields that a checkpoint stores."""
         return {
             "pressure_J": self.J,
             "viscous_pressure": self.viscous,
@@ -64,13 +64,13 @@ class PressurePoints:
         }
 
     def forget_dissipation(self, scenario: int) -> None:
-        """Begin the books anew in a scenario."""
+        """Reset the dissipated energy of a scenario."""
         fields.write_row(self.dissipation, scenario, 0.0)
 
     @ti.func
     def press(self, s, b, dt, element_volume: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """p_a = kappa (J_a - 1) + viscosity dJ_a/dt from the elements' present volumes, for a
-        block of pressures.
+        """Compute p_a = kappa (J_a - 1) + viscosity dJ_a/dt of a block of pressures from the
+        current volumes of the elements.
         """
         J = self.elements_of.sum(element_volume, s, b) * self.share_over_volume[b]
         dJ = J - self.J[s, b]
@@ -87,7 +87,7 @@ class PressurePoints:
 
     @ti.func
     def stored_energy(self, s, part):
-        """Energy of compression [J]."""
+        """Return the energy of compression [J]."""
         energy = self.lane(0.0)
         for b in range(
             self.elements_of.blocks.first(part), self.elements_of.blocks.first(part + 1)
@@ -98,7 +98,7 @@ class PressurePoints:
 
     @ti.func
     def dissipated_energy(self, s, part):
-        """Dissipated by bulk viscosity so far [J]."""
+        """Return the energy dissipated by bulk viscosity so far [J]."""
         energy = self.lane(0.0)
         for b in range(
             self.elements_of.blocks.first(part), self.elements_of.blocks.first(part + 1)

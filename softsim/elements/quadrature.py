@@ -1,8 +1,8 @@
-"""Where elements are integrated, and their shape functions there.
+"""Integration points of elements, and shape functions at these points.
 
 Triangles (x, N linear), tetrahedra, quadrilaterals and hexahedra (linear along each of xi_i from -1
-to 1). Corners are ordered as in VTK and ABAQUS. A cell with repeated corners is the element that is
-left when these fall together: a quadrilateral a b c c is the triangle a b c.
+to 1). Corners are ordered as in VTK and ABAQUS. A cell with repeated corners is the element that
+remains when these coincide: a quadrilateral a b c c is the triangle a b c.
 """
 
 from dataclasses import dataclass
@@ -27,8 +27,8 @@ SIMPLEX_POINT = {3: 2.0 / 3.0, 4: (5.0 + 3.0 * np.sqrt(5.0)) / 20.0}
 
 @dataclass(frozen=True, eq=False)
 class Quadrature:
-    """Of cells (m, corners), at their points (g,): shape functions N_a `values` (g, corners), their
-    `gradients` (m, g, corners, d) [1/m], and `weights` (m, g) of area [m^2] or volume [m^3].
+    """Quadrature of cells (m, corners) at points (g,): shape functions N_a `values` (g, corners),
+    their `gradients` (m, g, corners, d) [1/m], and `weights` (m, g) of area [m^2] or volume [m^3].
     """
 
     values: np.ndarray
@@ -36,23 +36,25 @@ class Quadrature:
     weights: np.ndarray
 
     def integrals(self, depth: np.ndarray) -> np.ndarray:
-        """int N_a depth dA (m, corners), depth (m, corners) or (1, 1): at the corners."""
+        """Return int N_a depth dA (m, corners); depth (m, corners) or (1, 1): at the nodes."""
         return np.einsum("mg,ga->ma", self.weights * self.at_points(depth), self.values)
 
     def mean_gradients(self, depth: np.ndarray) -> np.ndarray:
-        """Gradients of N_a (m, corners, d) [1/m], their mean where depth weights the area."""
+        """Return the mean gradients of N_a (m, corners, d) [1/m], weighted by area and depth."""
         weights = self.weights * self.at_points(depth)
         shares = weights / weights.sum(axis=1, keepdims=True)
         return np.einsum("mg,mgai->mai", shares, self.gradients)
 
     def at_points(self, depth: np.ndarray) -> np.ndarray:
-        """Values at the points (m, g) of what is `depth` at the corners."""
+        """Return the values at the points (m, g) of a function that is `depth` at the nodes."""
         corners = np.broadcast_to(depth, (len(depth), self.values.shape[1]))
         return corners @ self.values.T
 
 
 def quadrature(points: np.ndarray, cells: np.ndarray) -> Quadrature:
-    """That of each cell (m, corners) of a mesh with points (n, d) [m]: one point a corner."""
+    """Return the quadrature of cells (m, corners) of a mesh with points (n, d) [m].
+
+    It has one point per node of the cell."""
     if cells.shape[1] == points.shape[1] + 1:
         return _of_simplexes(points, cells)
     return _of_cubes(points, cells)
@@ -74,7 +76,7 @@ def _of_simplexes(points: np.ndarray, cells: np.ndarray) -> Quadrature:
 
 
 def simplex_gradients(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """grad N_a (m, corners, d) [1/m] of triangles (m, 3) or tetrahedra (m, 4)."""
+    """Return grad N_a (m, corners, d) [1/m] of triangles (m, 3) or tetrahedra (m, 4)."""
     corners = points[cells]
     edges = corners[:, 1:] - corners[:, :1]  # x = x0 + edges^T xi, so grad xi = edges^-1
     inner = np.linalg.inv(edges).transpose(0, 2, 1)
@@ -82,8 +84,9 @@ def simplex_gradients(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 
 def altitude(corners: np.ndarray) -> float:
-    """The smallest altitude [m] of a cell with these corners (c, d): over the shortest way between
-    opposite sides the shape functions of one side fall from 1 to 0.
+    """Return the smallest altitude [m] of a cell with these corners (c, d).
+
+    It is the shortest distance over which the shape functions of one side fall from 1 to 0.
     """
     distinct = np.unique(corners, axis=0)
     if len(distinct) == corners.shape[1] + 1:
@@ -96,7 +99,7 @@ def altitude(corners: np.ndarray) -> float:
 
 
 def _of_cubes(points: np.ndarray, cells: np.ndarray) -> Quadrature:
-    """By Gauss's two points along each xi_i: exact up to xi_i^3."""
+    """Return the quadrature with two Gauss points along each xi_i, exact up to xi_i^3."""
     corners = cells.shape[1]
     values, by_xi = cube_functions(PARENT_CORNERS[corners] / np.sqrt(3.0), corners)
     jacobian = by_xi.swapaxes(1, 2) @ points[cells][:, None]  # dx_j / dxi_i
@@ -105,8 +108,8 @@ def _of_cubes(points: np.ndarray, cells: np.ndarray) -> Quadrature:
 
 
 def cube_functions(xi: np.ndarray, corners: int) -> tuple[np.ndarray, np.ndarray]:
-    """N_a (g, corners) of a quadrilateral or hexahedron at the points xi (g, d), and dN_a / dxi_i
-    (g, corners, d).
+    """Return N_a (g, corners) of a quadrilateral or hexahedron at the points xi (g, d), and
+    dN_a / dxi_i (g, corners, d).
     """
     at_corner = PARENT_CORNERS[corners]
     factors = 0.5 * (1.0 + xi[:, None] * at_corner)  # (g, corners, d): along each xi_i

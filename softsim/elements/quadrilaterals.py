@@ -1,6 +1,6 @@
-"""Quadrilaterals of a section, whatever happens across it: one point, and two ways to bend.
+"""Quadrilaterals of a section, with one integration point and two bending modes.
 
-The hourglass mode and its forces: elements/hourglass.py, in whose words
+The hourglass mode and its forces: elements/hourglass.py, in the notation of which
     q_i = e_i . h~,   U = V/2 1/3 sum_i E' (q_i / |D_i|)^2,
 for fibres along xi_i, whose strain q_i / |D_i| xi_j grows across them, where int xi_j^2 dV = V/3;
 E' is their modulus in plane strain. In rectangles that is the exact energy of bending.
@@ -37,7 +37,7 @@ class Quadrilaterals(HourglassElements, SectionElements):
 
     @ti.func
     def deform(self, s, b, t, dt):
-        """Edges, hourglass mode and present volumes from the corner positions."""
+        """Compute edges, hourglass mode and current volumes from the nodal positions."""
         x0, y0 = self.corner_component(s, b, 0, 0), self.corner_component(s, b, 0, 1)
         x1, y1 = self.corner_component(s, b, 1, 0), self.corner_component(s, b, 1, 1)
         x2, y2 = self.corner_component(s, b, 2, 0), self.corner_component(s, b, 2, 1)
@@ -49,7 +49,7 @@ class Quadrilaterals(HourglassElements, SectionElements):
 
     @ti.func
     def deform_component(self, s, b, k: ti.template(), x0, x1, x2, x3):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Component k of d_1, d_2 and h~."""
+        """Compute component k of d_1, d_2 and h~."""
         diagonal, other = x2 - x0, x1 - x3
         h = 0.25 * (x0 - x1 + x2 - x3)
         d1 = 0.25 * (diagonal + other) + self.lean[b, 0] * h
@@ -60,7 +60,7 @@ class Quadrilaterals(HourglassElements, SectionElements):
 
     @ti.func
     def stress_corners(self, s, b, t, dt):
-        """Corner forces from the stress and the hourglass mode."""
+        """Write the nodal forces of the stress and the hourglass mode."""
         S = self.stress(s, b)
         ax, ay, bx, by = ti.static(self.edge)
         hx, hy = ti.static(self.mode)

@@ -1,4 +1,4 @@
-"""A region: elements of a body that are of one material and one geometry."""
+"""Regions of a body: elements of one material and one geometry."""
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from softsim.mesh.mesh import signed_volumes
 
 @dataclass(frozen=True)
 class Region:
-    """A cell set of a body, or what is in none that has a region of its own: cell_set is None.
+    """Cell set of a body, or the cells in no set with its own region: then cell_set is None.
 
     Regions share nodes, so displacements are continuous. Each has pressures of its own, see
     elements/pressure_points.py: at an interface a node has one for each region, as a stiffer
@@ -39,15 +39,17 @@ class Region:
 
     @property
     def has_hourglass_modes(self) -> bool:
-        """Whether its elements can do what no linear field does: they are no simplexes."""
+        """True for quadrilaterals and hexahedra, which have hourglass modes."""
         return self.cells.shape[1] > self.points.shape[1] + 1
 
     @property
     def pressure_points(self) -> np.ndarray:
-        """Numbers (m, k), below `pressure_count`, of the pressures that each element has: those of
-        its nodes, where linear simplexes would lock with one each; of an element with hourglass
-        modes its own. Of simplexes among the latter those of their nodes, after the elements' own;
-        the others' own one then counts once for each corner of a simplex.
+        """Numbers (m, k), below `pressure_count`, of the pressures of each element.
+
+        Triangles and tetrahedra, which would lock with one pressure each, have those of their
+        nodes; an element with hourglass modes has one of its own. In a region of the latter,
+        collapsed elements have those of their nodes, numbered after the elements' own; the others
+        then list their own once for each node of a triangle or tetrahedron.
         """
         if not self.has_hourglass_modes:
             return self.cells
@@ -62,14 +64,14 @@ class Region:
 
     @property
     def pressure_count(self) -> int:
-        """How many pressures are numbered."""
+        """Number of pressures of the region."""
         if not self.has_hourglass_modes:
             return len(self.points)
         return len(self.cells) + (len(self.points) if self._is_simplex.any() else 0)
 
     @property
     def _is_simplex(self) -> np.ndarray:
-        """Which cells (m,) have collapsed to simplexes."""
+        """True (m,) for cells that have collapsed to triangles or tetrahedra."""
         corners = np.sort(self.cells, axis=1)
         distinct = 1 + (corners[:, 1:] != corners[:, :-1]).sum(axis=1)
         simplexes: np.ndarray = distinct == self.points.shape[1] + 1
@@ -77,8 +79,8 @@ class Region:
 
     @property
     def pressure_sizes(self) -> np.ndarray:
-        """Length [m] of what each of these pressures stands for: the root of its area or volume;
-        zero of nodes beside the region.
+        """Length [m] of each pressure: the root of its area or volume; zero for nodes outside the
+        region.
         """
         points = self.pressure_points
         volume = signed_volumes(self.points, self.cells)[:, None] / points.shape[1]
@@ -92,7 +94,7 @@ class Region:
     @cached_property
     def gradients(self) -> np.ndarray:
         """Mean of grad N_a over each element's reference volume (m, corners, d) [1/m]; in memory
-        element after element of each component, as sums over elements want it.
+        the elements of each component are contiguous, for fast sums over elements.
         """
         found = self.geometry.gradients(self.points, self.cells)
         return np.ascontiguousarray(found.transpose(1, 2, 0)).transpose(2, 0, 1)
@@ -103,7 +105,7 @@ class Region:
         return nodal_sums(self.cells, self.volumes[:, None], len(self.points))
 
     def deformation(self, x: np.ndarray) -> np.ndarray:
-        """F (m, 3, 3) with the body's nodes now at x (n, d) [m]; zz lies across a section."""
+        """Return F (m, 3, 3) with the body's nodes at x (n, d) [m]; zz is out of plane."""
         d, hoop = self.geometry.dimension, self.geometry.hoop
         F = np.zeros((len(self.cells), 3, 3))
         F[:, 2, 2] = 1.0 if hoop is None else hoop.stretch(self.points, self.cells, x)
@@ -112,11 +114,11 @@ class Region:
 
 
 def joined_regions(regions: Sequence[Region], points: np.ndarray) -> list[Region]:
-    """The regions of a model, those of several bodies as one that are of one material, one geometry
-    and one cell set: a kernel then meets in one pass what would be compiled once for each body.
+    """Return the regions of a model, merged across bodies that have the same material, geometry and
+    cell set, so that kernels are compiled once and not for each body.
 
     points (n, d) [m]: of all nodes. Nodes that lie between those of joined bodies belong to no
-    element of the region, as do a body's nodes beside one of its regions.
+    element of the region, as do a body's nodes outside a region.
     """
     kinds: dict[Hashable, list[Region]] = {}
     for region in regions:

@@ -1,4 +1,4 @@
-"""When Maxwell branches relax, and by how much: those that are slow against the step, seldom.
+"""Relaxation of Maxwell branches; those that are slow against the time step relax less often.
 
 A branch may be held for n increments of dt, in which its viscous strain stays and its stress is
 that of a spring, and then relax by all of them at once, h = n dt, towards the strain at a time
@@ -26,10 +26,11 @@ TAU_SHARE = 1 / 8
 
 
 class Relaxation:
-    """Of the branches with these relaxation times [s], in each scenario.
+    """Schedule of the branches with these relaxation times [s], in each scenario.
 
-    due [s, k]: 1 if branch k relaxes in the present increment; by the share 1 - e, `share` [s, k];
-    towards the strain at phi, `behind` [s, k], of a step before.
+    due [s, k]: 1 if branch k relaxes in the current increment. share [s, k]: fraction 1 - e by
+    which it relaxes. behind [s, k]: phi, the steps before now of the strain towards which it
+    relaxes.
     """
 
     def __init__(self, times: np.ndarray, scenarios: int) -> None:
@@ -40,11 +41,11 @@ class Relaxation:
         self.share, self.behind = (real_field(np.zeros(shape)) for _ in range(2))
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
+        """Return the fields that a checkpoint stores."""
         return {"branch_held": self.held, "branch_due": self.due}
 
     def set_time_increment(self, scenario: int, dt: float) -> None:
-        """Take the time step [s] of a scenario; it may be infinite: all relax at once."""
+        """Set the time step [s] of a scenario; infinite: all branches relax at once."""
         steps = self.times / dt  # in a relaxation time
         n = np.clip(TAU_SHARE * steps, 1, MOST_HELD).astype(int)
         with np.errstate(divide="ignore"):
@@ -57,7 +58,7 @@ class Relaxation:
 
     @ti.func
     def tick(self, s, i, t, dt):
-        """An increment begins: see which branches it is time for."""
+        """Find the branches that are due in the increment that begins."""
         for k in range(ti.static(len(self.times))):
             held = self.held[s, k] * (1 - self.due[s, k]) + 1
             self.held[s, k] = held

@@ -1,10 +1,11 @@
-"""A section whose rings resist being widened: two strips, one robot.
+"""Section of a round robot with hoop stiffness: two strips, opposite sides of its rings.
 
-In the plane as elements/triangles.py and quadrilaterals.py say. Of a ring cell the hoop stretch is
-that of the diameters between its corners c and the nodes c' opposite them (elements/diameters.py),
+The in-plane kinematics is that of elements/triangles.py and quadrilaterals.py. The hoop stretch of
+a ring cell is that of the diameters between its corners c and the nodes c' opposite them
+(elements/diameters.py),
     F_zz = sum_c |x_c - x_c'| / D,   D = sum_c |X_c - X_c'|,
 so its stress pulls at each of them with the tension V F_zz S_zz / D. Cells of single parts have
-F_zz = 1. All corners count alike, which is the mean over triangles and parallelograms.
+F_zz = 1. All corners have equal weights, which gives the mean over triangles and parallelograms.
 """
 
 from dataclasses import dataclass, replace
@@ -27,27 +28,27 @@ from softsim.term import Pass, Stage
 
 @dataclass(frozen=True, eq=False)
 class PairedHoop(Hoop):
-    """Of ring cells, whose corners c have the nodes c' opposite them; single parts have F_zz = 1.
-    opposite (n,), is_ring (m,) and the equation of F_zz: see RingSection.
+    """Hoop stretch of ring cells with the nodes c' opposite their nodes c; F_zz = 1 in single
+    parts. opposite (n,), is_ring (m,) and the equation of F_zz: see RingSection.
     """
 
     opposite: np.ndarray
     is_ring: np.ndarray
 
     def stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """F_zz (m,): present over reference diameter; of single parts one."""
+        """Return F_zz (m,): current over reference diameter; one for single parts."""
         now, before = (self.diameters(at, cells).sum(axis=1) for at in (x, points))
         return now / before
 
     def stencil(self, cells: np.ndarray) -> np.ndarray:
-        """Nodes (m, movers) whose motion strains each cell: its corners, and of a ring cell the
-        nodes opposite them; of single parts the corners once more, to no effect.
+        """Return the nodes (m, movers) whose motion strains each cell: its own, and for a ring cell
+        the nodes opposite them; single parts list their own twice, without effect.
         """
         return np.hstack([cells, np.where(self.is_ring[:, None], self.opposite[cells], cells)])
 
     def gradient(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """dF_zz/dx / F_zz (m, movers, 2) [1/m] of these nodes: with the unit vector n_c from c' to
-        c n_c / sum |x_c - x_c'| on c, the opposite on c'.
+        """Return dF_zz/dx / F_zz (m, movers, 2) [1/m] of these nodes: with the unit vector n_c from
+        c' to c n_c / sum |x_c - x_c'| on c, the opposite on c'.
         """
         diameters = self.diameters(x, cells)
         direction = (x[cells] - x[self.opposite[cells]]) / diameters[:, :, None]
@@ -56,8 +57,8 @@ class PairedHoop(Hoop):
         return np.concatenate([gradient, -gradient], axis=1)
 
     def curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Bound of d^2F_zz/dx^2 / F_zz (m, movers, movers) [1/m^2]: what turns a diameter
-        lengthens it, by
+        """Return the bound of d^2F_zz/dx^2 / F_zz (m, movers, movers) [1/m^2]: a motion that turns
+        a diameter lengthens it, by
             d^2 |x_c - x_c'| = |t_c . (u_c - u_c')|^2 / |x_c - x_c'|,  t_c across the diameter;
         taken for every direction.
         """
@@ -68,8 +69,8 @@ class PairedHoop(Hoop):
         return np.block([[each, -each], [-each, each]])
 
     def diameters(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """|x_c - x_c'| of the corners (m, corners) [m]; of single parts, which may lie on the axis,
-        one metre.
+        """Return |x_c - x_c'| of the nodes (m, corners) [m]; one metre for single parts, which may
+        lie on the axis.
         """
         lengths = np.linalg.norm(x[cells] - x[self.opposite[cells]], axis=2)
         return np.where(self.is_ring[:, None], lengths, 1.0)
@@ -77,19 +78,19 @@ class PairedHoop(Hoop):
 
 @dataclass(frozen=True, eq=False)
 class RingSection(Geometry):
-    """A section of a robot that is round about its axis: two strips, opposite sides of the same
+    """Section of a robot that is round about its axis: two strips, opposite sides of the same
     rings of skin, with single fins on them. At rest the axis is parallel to x.
 
-    What a full ring has and a plane section lacks is its tension around. Opposite places are a
-    diameter apart, so of a ring cell, whose corners c have the opposite nodes c',
+    A full ring has hoop tension, a plane section has none. Opposite places are a diameter apart, so
+    for a ring cell with the opposite nodes c' of its nodes c
         F_zz = sum_c |x_c - x_c'| / sum_c |X_c - X_c'|.
     The assumption is that rings stay round with these diameters, in the section's plane. A ring
-    that moves or turns as a whole is not stretched, wherever it goes. A strip stands for `sector`
-    [rad] of the ring's circumference; of what stands singly on it, for a `thickness` [m] of that,
-    in plane strain.
+    that moves or turns as a whole is not stretched. A strip represents `sector`
+    [rad] of the ring's circumference; single parts on it represent a `thickness` [m] of that, in
+    plane strain.
 
-    opposite: node across the axis of each node (n,), numbered within the body. is_ring: (m,) cells
-    that go around, of a region in the order of its cells.
+    opposite: node across the axis of each node (n,), numbered within the body. is_ring (m,): True
+    for ring cells, in the order of a region's cells.
     """
 
     thickness: float
@@ -101,48 +102,48 @@ class RingSection(Geometry):
 
     @property
     def hoop(self) -> PairedHoop:
-        """Of the ring cells."""
+        """Hoop stretch of the ring cells."""
         return PairedHoop(self.opposite, self.is_ring)
 
     def of_cells(self, numbers: np.ndarray, thickness: float | None) -> "RingSection":
-        """That of some cells, single ones of another thickness [m] where one is given."""
+        """Return the geometry of some cells, with another thickness [m] of single ones if given."""
         depth = self.thickness if thickness is None else thickness
         return replace(self, thickness=depth, is_ring=self.is_ring[numbers])
 
     def bounds_with(self, other: Geometry) -> bool:
-        """Whether facets of both are of the same rings."""
+        """Return True if both geometries have the same rings."""
         return isinstance(other, RingSection) and other.opposite is self.opposite
 
     def depths(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """At the corners (m, corners) [m]: sector r of rings (Pappus), the thickness of others."""
+        """Return the depth (m, corners) [m]: sector r of rings (Pappus), the thickness of others."""
         radius = 0.5 * self.hoop.diameters(points, cells)
         return np.where(self.is_ring[:, None], self.sector * radius, self.thickness)
 
     def pressed(self, edges: np.ndarray, first_node: int) -> np.ndarray:
-        """Nodes (k, 4) that a pressure on edges (k, 2) acts on: their ends and the opposite ones,
-        with which it has to do because the radius is half the way between them.
+        """Return the nodes (k, 4) that a pressure on edges (k, 2) acts on: their ends and the nodes
+        opposite, because the radius is half the distance between them.
         """
         return np.column_stack([edges, first_node + self.opposite[edges - first_node]])
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
-        """Volume [m^3] between edges and the axis over the sector; facets: of `pressed`.
+        """Return the volume [m^3] between edges and the axis over the sector; facets: of `pressed`.
 
-        That of frusta, sector/6 h (a^2 + a b + b^2) with radii a, b and the length h along the
-        axis, in terms that turn with the section: the diameters are d_a = x_a - x_a' and d_b, so
-        2 a = |d_a|, and 2 h a = (x_b - x_a) x d_a, or with d_b and b, where they are parallel.
+        It is that of frusta, sector/6 h (a^2 + a b + b^2) with radii a, b and the length h along
+        the axis, in terms that turn with the section: the diameters are d_a = x_a - x_a' and d_b,
+        so 2 a = |d_a|, and 2 h a = (x_b - x_a) x d_a, or with d_b and b, where they are parallel.
         """
         _, lengths, crossed = self._frusta(x, facets)
         return self.sector / 24.0 * float((crossed * weighted_ends(lengths)).sum())
 
     def corner_areas(self, x: np.ndarray, edges: np.ndarray) -> np.ndarray:
-        """Area (k, 2) [m^2] of rings' edges (k, 2) that each of their ends stands for: int N_a
+        """Return the tributary area (k, 2) [m^2] of each end of rings' edges (k, 2): int N_a
         sector r ds.
         """
         diameters = np.linalg.norm(x[edges] - x[self.opposite[edges]], axis=2)
         return self.sector / 6.0 * edge_lengths(x, edges)[:, None] * weighted_ends(diameters)
 
     def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """d(enclosed volume)/dx of the nodes (k, 4, d) [m^2]: forces of a pressure of 1 Pa."""
+        """Return d(enclosed volume)/dx of the nodes (k, 4, d) [m^2]: forces of 1 Pa."""
         diameters, lengths, crossed = self._frusta(x, facets)
         edge = x[facets[:, 1]] - x[facets[:, 0]]
         weights = weighted_ends(lengths)[:, :, None]
@@ -156,8 +157,8 @@ class RingSection(Geometry):
     def _frusta(
         self, x: np.ndarray, facets: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of both ends of facets (k, 4): diameters d (k, 2, 2) [m], their lengths (k, 2) [m], and
-        the facet's edge times them, D x d = D_x d_y - D_y d_x (k, 2) [m^2].
+        """Return the diameters d (k, 2, 2) [m] at both ends of facets (k, 4), their lengths (k, 2)
+        [m], and their cross products with the edge, D x d = D_x d_y - D_y d_x (k, 2) [m^2].
         """
         edge = x[facets[:, 1]] - x[facets[:, 0]]
         diameters = x[facets[:, :2]] - x[facets[:, 2:]]
@@ -165,23 +166,21 @@ class RingSection(Geometry):
         return diameters, np.linalg.norm(diameters, axis=2), crossed
 
     def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
-        """What computes their forces."""
         goes_around = self.is_ring.any()
         across = RingAcross(nodes, region, self.hoop) if goes_around else Across()
         return section_elements(nodes, region, bulk_viscosity, across)
 
     def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
-        """What a pressure on facets, as `pressed` gives them, does."""
         return RingFacets(nodes, facets, self.sector)
 
 
 def _across(vectors: np.ndarray) -> np.ndarray:
-    """(d_y, -d_x) of vectors d (..., 2): D x d = D . that."""
+    """Return (d_y, -d_x) of vectors d (..., 2): D x d = D . (d_y, -d_x)."""
     return np.stack([vectors[..., 1], -vectors[..., 0]], axis=-1)
 
 
 class RingAcross(Across):
-    """Of ring cells and single ones."""
+    """Out-of-plane kinematics of ring cells and single cells."""
 
     def __init__(self, nodes: Nodes, region: Region, hoop: PairedHoop) -> None:
         super().__init__()
@@ -206,7 +205,7 @@ class RingAcross(Across):
         self.single = lane_data(padded(np.where(is_ring, 0.0, 1.0)))
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Diameters are measured before the elements, and pulled at after them."""
+        """Return the passes that measure diameters before the elements and load them afterwards."""
         diameters = self.diameters
         blocks = int(diameters.blocks)
         return {
@@ -216,7 +215,7 @@ class RingAcross(Across):
 
     @ti.func
     def measure(self, s, b, x: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """F_zz from the corners' diameters."""
+        """Compute F_zz from the diameters at the nodes."""
         diameters = self.lane(0.0)
         for lane in ti.static(range(backend.lanes())):
             for c in ti.static(range(self.corners)):
@@ -225,12 +224,11 @@ class RingAcross(Across):
 
     @ti.func
     def stretch(self, s, b):
-        """F_zz."""
         return self.hoop[s, b]
 
     @ti.func
     def tension(self, s, b, S):
-        """Nothing on the corners alone: the diameters get V F_zz S_zz / D."""
+        """Store the tension of the diameters, V F_zz S_zz / D, and return zero for the nodes."""
         tension = self.hoop[s, b] * S.zz * self.hoop_slope[b]
         for lane in ti.static(range(backend.lanes())):
             self.diameters.tension[s, b * ti.static(backend.lanes()) + lane] = tension[lane]
@@ -251,7 +249,7 @@ class RingFacets(Facets):
 
     @ti.func
     def frustum(self, s, i):
-        """D, d_a, d_b, |d_a|, |d_b|."""
+        """Return D, d_a, d_b, |d_a|, |d_b| of facet i."""
         a = self.nodes.position[s, self.node[i, 0]]
         b = self.nodes.position[s, self.node[i, 1]]
         across_a = a - self.nodes.position[s, self.node[i, 2]]
@@ -260,7 +258,7 @@ class RingFacets(Facets):
 
     @ti.func
     def unit_forces(self, s, i):
-        """Forces of a pressure of 1 Pa on facet i [m^2]: the gradient of `volume`."""
+        """Return the forces of a pressure of 1 Pa on facet i [m^2]: the gradient of `volume`."""
         D, d_a, d_b, l_a, l_b = self.frustum(s, i)
         part = self.sector[0] / 24.0
         weight_a, weight_b = part * (l_a + 0.5 * l_b), part * (l_b + 0.5 * l_a)
@@ -276,7 +274,7 @@ class RingFacets(Facets):
 
     @ti.func
     def volume(self, s, i):
-        """What facet i adds to the volume of its chamber [m^3], down to the axis."""
+        """Return the chamber volume [m^3] that facet i bounds, down to the axis."""
         D, d_a, d_b, l_a, l_b = self.frustum(s, i)
         c_a, c_b = D.cross(d_a), D.cross(d_b)
         return self.sector[0] / 24.0 * (c_a * (l_a + 0.5 * l_b) + c_b * (l_b + 0.5 * l_a))

@@ -1,4 +1,4 @@
-"""Which elements a section has, by the corners of its cells."""
+"""Element class of a section by the number of nodes of its cells."""
 
 from softsim.elements.across import Across, SectionElements
 from softsim.elements.quadrilaterals import Quadrilaterals
@@ -12,6 +12,6 @@ BY_CORNERS: dict[int, type[SectionElements]] = {3: Triangles, 4: Quadrilaterals}
 def section_elements(
     nodes: Nodes, region: Region, bulk_viscosity: float, across: Across
 ) -> SectionElements:
-    """What computes the forces of a region's elements; bulk_viscosity: b1 [-]."""
+    """Return the force term of a region's elements; bulk_viscosity: b1 [-]."""
     kind = BY_CORNERS[region.cells.shape[1]]
     return kind(nodes, region, bulk_viscosity, across)

@@ -22,42 +22,40 @@ BY_CORNERS: dict[int, type[SpaceElements]] = {4: Tetrahedra, 8: Hexahedra}
 
 @dataclass(frozen=True)
 class Solid(Geometry):
-    """Tetrahedra and hexahedra in space."""
+    """Geometry of tetrahedra and hexahedra in space."""
 
     name = "solid"
     dimension = 3
 
     def depths(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """One (1, 1)."""
+        """Return one (1, 1)."""
         return np.ones((1, 1))
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
-        """Volume [m^3] on the free side of a closed surface of triangles (k, 3), or of bilinear
-        quadrilaterals (k, 4).
+        """Return the volume [m^3] on the free side of a closed surface of triangles (k, 3) or
+        bilinear quadrilaterals (k, 4).
         """
         triangles, share = triangles_of(facets)
         a, b, c = x[triangles].transpose(1, 0, 2)
         return share * float(np.einsum("ki,ki->", a, np.cross(c, b))) / 6.0
 
     def corner_areas(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """Area (k, corners) [m^2] of facets that each of their corners stands for."""
+        """Return the tributary area (k, corners) [m^2] of each node of facets."""
         triangles, share = triangles_of(facets)
         a, b, c = x[triangles].transpose(1, 0, 2)
         area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
         return share * _at_corners(facets, area[:, None] / 3.0)[:, :, 0]
 
     def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """d(enclosed volume)/dx of the corners (k, corners, d) [m^2]: forces of 1 Pa."""
+        """Return d(enclosed volume)/dx at the nodes (k, corners, d) [m^2]: forces of 1 Pa."""
         triangles, share = triangles_of(facets)
         a, b, c = x[triangles].transpose(1, 0, 2)
         return share * _at_corners(facets, np.cross(c - a, b - a) / 6.0)
 
     def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
-        """What computes their forces."""
         return BY_CORNERS[region.cells.shape[1]](nodes, region, bulk_viscosity)
 
     def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
-        """What a pressure on facets, as `pressed` gives them, does."""
         return FACETS[facets.shape[1]](nodes, facets)
 
 
@@ -69,13 +67,13 @@ SHARES = {3: 1.0, 4: 0.5}
 
 
 def triangles_of(facets: np.ndarray) -> tuple[np.ndarray, float]:
-    """Triangles (k t, 3) that facets (k, corners) are cut into, and which share of each counts."""
+    """Return the triangles (k t, 3) of facets (k, corners), and the weight of each."""
     corners = facets.shape[1]
     return facets[:, TRIANGLES[corners]].reshape(-1, 3), SHARES[corners]
 
 
 def _at_corners(facets: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Sums (k, corners, i) over the triangles at each corner of values (k t, i) of these."""
+    """Return the sums (k, corners, i) over the triangles at each node of their values (k t, i)."""
     k, corners = facets.shape
     of_facet = values.reshape(k, len(TRIANGLES[corners]), -1)
     touches = np.array([[float(c in t) for t in TRIANGLES[corners]] for c in range(corners)])
@@ -83,11 +81,11 @@ def _at_corners(facets: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 class TriangleFacets(Facets):
-    """Triangles (k, 3) in space, outward normal of the material by the right-hand rule."""
+    """Triangles (k, 3) in space; the right-hand rule gives the outward normal of the material."""
 
     @ti.func
     def unit_forces(self, s, i):
-        """Forces of a pressure of 1 Pa on facet i [m^2]: a third of its area, against its normal,
+        """Return the forces of 1 Pa on facet i [m^2]: a third of its area, against its normal,
         on each corner.
         """
         f = self.third(s, i, 0, 1, 2)
@@ -95,12 +93,12 @@ class TriangleFacets(Facets):
 
     @ti.func
     def volume(self, s, i):
-        """What facet i adds to the volume of its chamber [m^3]: the cone from the origin."""
+        """Return the chamber volume [m^3] that facet i bounds: the cone from the origin."""
         return self.cone(s, i, 0, 1, 2)
 
     @ti.func
     def third(self, s, i, j: ti.template(), k: ti.template(), n: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """A third of the area between three corners, against its normal [m^2]."""
+        """Return a third of the area between three nodes, against its normal [m^2]."""
         a = self.nodes.position[s, self.node[i, j]]
         b = self.nodes.position[s, self.node[i, k]]
         c = self.nodes.position[s, self.node[i, n]]
@@ -108,7 +106,7 @@ class TriangleFacets(Facets):
 
     @ti.func
     def cone(self, s, i, j: ti.template(), k: ti.template(), n: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Volume between three corners and the origin [m^3]."""
+        """Return the volume between three nodes and the origin [m^3]."""
         a = self.nodes.position[s, self.node[i, j]]
         b = self.nodes.position[s, self.node[i, k]]
         c = self.nodes.position[s, self.node[i, n]]
@@ -120,7 +118,7 @@ class QuadrilateralFacets(TriangleFacets):
 
     @ti.func
     def unit_forces(self, s, i):
-        """Forces of a pressure of 1 Pa on facet i [m^2]."""
+        """Return the forces of a pressure of 1 Pa on facet i [m^2]."""
         forces = ti.Matrix.zero(backend.real, 4, 3)
         for t in ti.static(range(4)):
             j, k, n = ti.static(TRIANGLES[4][t])
@@ -133,7 +131,7 @@ class QuadrilateralFacets(TriangleFacets):
 
     @ti.func
     def volume(self, s, i):
-        """What facet i adds to the volume of its chamber [m^3]."""
+        """Return the chamber volume [m^3] that facet i bounds."""
         volume = ti.cast(0.0, backend.real)
         for t in ti.static(range(4)):
             j, k, n = ti.static(TRIANGLES[4][t])

@@ -17,7 +17,7 @@ class SpaceElements(OnePointElements):
 
     @ti.func
     def volume_ratio(self, s, b):
-        """J."""
+        """Return J of block b."""
         ax, ay, az, bx, by, bz, cx, cy, cz = ti.static(self.edge)
         determinant = (
             ax[s, b] * (by[s, b] * cz[s, b] - bz[s, b] * cy[s, b])
@@ -28,7 +28,7 @@ class SpaceElements(OnePointElements):
 
     @ti.func
     def stretch(self, s, b):
-        """C in the basis of the edges, and J."""
+        """Return C in the basis of the edges, and J."""
         C = self.metric.Symmetric(
             aa=self.dot(s, b, 0, 0),
             bb=self.dot(s, b, 1, 1),
@@ -41,7 +41,7 @@ class SpaceElements(OnePointElements):
 
     @ti.func
     def dot(self, s, b, i: ti.template(), j: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """d_i . d_j."""
+        """Return d_i . d_j."""
         return (
             self.edge[3 * i][s, b] * self.edge[3 * j][s, b]
             + self.edge[3 * i + 1][s, b] * self.edge[3 * j + 1][s, b]
@@ -50,7 +50,7 @@ class SpaceElements(OnePointElements):
 
     @ti.func
     def sum_of_edges(self, s, b, S_1, S_2, S_3):
-        """S_1 d_1 + S_2 d_2 + S_3 d_3, by component."""
+        """Return S_1 d_1 + S_2 d_2 + S_3 d_3, by component."""
         ax, ay, az, bx, by, bz, cx, cy, cz = ti.static(self.edge)
         x = S_1 * ax[s, b] + S_2 * bx[s, b] + S_3 * cx[s, b]
         y = S_1 * ay[s, b] + S_2 * by[s, b] + S_3 * cy[s, b]
@@ -63,7 +63,7 @@ class Tetrahedra(SpaceElements):
 
     @ti.func
     def deform(self, s, b, t, dt):
-        """Edges and present volumes from the corner positions."""
+        """Compute edges and current volumes from the nodal positions."""
         for k in ti.static(range(3)):
             d1 = self.metric.lane(0.0)
             d2 = self.metric.lane(0.0)
@@ -80,7 +80,7 @@ class Tetrahedra(SpaceElements):
 
     @ti.func
     def stress_corners(self, s, b, t, dt):
-        """Corner forces from the stress."""
+        """Write the nodal forces of the stress."""
         S = self.stress(s, b)
         x1, y1, z1 = self.sum_of_edges(s, b, S.aa, S.ab, S.ca)
         x2, y2, z2 = self.sum_of_edges(s, b, S.ab, S.bb, S.bc)

@@ -1,4 +1,4 @@
-"""Ties: nodes that follow the facets of a surface whose mesh does not match theirs.
+"""Ties: nodes that follow the facets of a surface with a non-matching mesh.
 
 A tied node i stays where it lies on its facet: with the facet's shape functions w_ij at that place,
     x_i = sum_j w_ij x_j,   v_i = sum_j w_ij v_j   over the facet's corners j,
@@ -36,9 +36,9 @@ from softsim.term import Pass, Stage, Term
 
 @dataclass(frozen=True)
 class Ties:
-    """All ties of a model. nodes (k,): that are tied, numbered in the model; corners (k, c): of the
-    facet that each follows; weights (k, c): its shape functions there, which add up to 1;
-    shifts (k,) [m]: how far it was moved onto the facet.
+    """All ties of a model. nodes (k,): tied nodes, numbered in the model; corners (k, c): nodes of
+    the facet that each follows; weights (k, c): its shape functions there, which add up to 1;
+    shifts (k,) [m]: distance by which the node was moved onto the facet.
     """
 
     nodes: np.ndarray
@@ -47,12 +47,12 @@ class Ties:
     shifts: np.ndarray
 
     def describe(self) -> str:
-        """How many nodes follow how many facets, for people."""
+        """Return a text with the numbers of tied nodes and of facets."""
         facets = len(np.unique(np.sort(self.corners, axis=1), axis=0))
         return f"{len(self.nodes)} nodes tied to {facets} facets"
 
     def within(self, nodes: slice) -> "Ties":
-        """Those of some of the nodes, numbered from the first of these on."""
+        """Return the ties of some of the nodes, numbered from the first of these on."""
         chosen = (self.nodes >= nodes.start) & (self.nodes < nodes.stop)
         return Ties(
             self.nodes[chosen] - nodes.start, self.corners[chosen] - nodes.start,
@@ -60,13 +60,13 @@ class Ties:
         )  # fmt: skip
 
     def followed(self, values: np.ndarray) -> np.ndarray:
-        """Values (n, ...) of all nodes, with those of tied nodes from the corners."""
+        """Return values (n, ...) of all nodes, tied nodes interpolated from the nodes of facets."""
         result = values.copy()
         result[self.nodes] = np.einsum("kc,kc...->k...", self.weights, values[self.corners])
         return result
 
     def handed_over(self, values: np.ndarray) -> np.ndarray:
-        """Values (n, ...) of all nodes, with those of tied nodes handed to the corners."""
+        """Return values (n, ...) of all nodes, those of tied nodes added to the nodes of facets."""
         result = values.copy()
         result[self.nodes] = 0.0
         of_corners = np.einsum("kc,k...->kc...", self.weights, values[self.nodes])
@@ -74,8 +74,8 @@ class Ties:
         return result
 
     def moved_mass(self, mass: np.ndarray) -> np.ndarray:
-        """Mass (n,) [kg] that a force on each node has to move, of tied nodes
-        1 / sum_j (w_ij^2 / m_j); mass (n,) [kg]: of the others, infinite where it is held.
+        """Return the effective mass (n,) [kg] of a force on each node, 1 / sum_j (w_ij^2 / m_j) for
+        tied nodes; mass (n,) [kg]: of the other nodes, infinite where a node is held.
         """
         result = mass.copy()
         corner_mass = np.where(self.weights > 0.0, mass[self.corners], np.inf)
@@ -86,7 +86,7 @@ class Ties:
         return result
 
     def matrix(self, count: int) -> sp.csr_matrix:
-        """T (n, n) of a model of so many nodes: zero in the columns of tied nodes."""
+        """Return T (n, n) of a model with `count` nodes; columns of tied nodes are zero."""
         others = np.setdiff1d(np.arange(count), self.nodes)
         rows = np.concatenate([others, np.repeat(self.nodes, self.corners.shape[1])])
         columns = np.concatenate([others, self.corners.ravel()])
@@ -95,8 +95,8 @@ class Ties:
 
 
 class TieTerm(Term):
-    """Ties in kernels: before forces are computed tied nodes are placed, after that their forces
-    are handed over.
+    """Term of ties: tied nodes are placed before forces are computed, and their forces transferred
+    to the facets afterwards.
     """
 
     def __init__(self, nodes: Nodes, ties: Ties) -> None:
@@ -107,13 +107,12 @@ class TieTerm(Term):
         self.first_slot = nodes.corner_forces.reserve(ties.corners)
 
     def find_slots(self) -> None:
-        """Make the list of where the slots of each tied node are, once every term has its own."""
+        """Create the list of slots of each tied node, once every term has reserved its own."""
         self.block_and_lane = index_field(
             self.nodes.corner_forces.of_node.place_of(self.ties.nodes)
         )
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
         return {
             Stage.FOLLOW: [Pass("ties", int(self.count), (self.follow,))],
             Stage.HAND_OVER: [Pass("ties", int(self.count), (self.hand_over,))],
@@ -121,7 +120,7 @@ class TieTerm(Term):
 
     @ti.func
     def follow(self, s, i, t, dt):
-        """Place tied node number i, and give it the velocity of that place."""
+        """Set the position and velocity of tied node number i from its facet."""
         x = ti.Vector.zero(backend.real, self.nodes.dimension)
         v = ti.Vector.zero(backend.real, self.nodes.dimension)
         for c in ti.static(range(self.corner_count)):
@@ -132,7 +131,7 @@ class TieTerm(Term):
 
     @ti.func
     def hand_over(self, s, i, t, dt):
-        """The force on tied node number i, onto the corners of its facet."""
+        """Transfer the force on tied node number i to the nodes of its facet."""
         force = self.nodes.corner_forces.on_node(
             s, self.block_and_lane[i, 0], self.block_and_lane[i, 1]
         )

@@ -1,9 +1,9 @@
-"""Linear triangles of a section, whatever happens across it.
+"""Linear triangles of a section, for any out-of-plane kinematics.
 
-Edges d_a = x_1 - x_0 and d_b = x_2 - x_0 in the plane; across it F_zz is the element's own. Corner
+Edges d_a = x_1 - x_0 and d_b = x_2 - x_0 in the plane; F_zz is independent of them. Nodal
 forces
     f_1 = -V (S^aa d_a + S^ab d_b),  f_2 = -V (S^ab d_a + S^bb d_b),  f_0 = -f_1 - f_2,
-each with -V F_zz S_zz dF_zz/dx more (elements/across.py).
+each with -V F_zz S_zz dF_zz/dx in addition (elements/across.py).
 """
 
 import taichi as ti
@@ -17,7 +17,7 @@ class Triangles(SectionElements):
 
     @ti.func
     def deform(self, s, b, t, dt):
-        """Edges and present volumes from the corner positions."""
+        """Compute edges and current volumes from the nodal positions."""
         x0 = self.metric.lane(0.0)
         y0 = self.metric.lane(0.0)
         x1 = self.metric.lane(0.0)
@@ -44,7 +44,7 @@ class Triangles(SectionElements):
 
     @ti.func
     def stress_corners(self, s, b, t, dt):
-        """Corner forces from the stress."""
+        """Write the nodal forces of the stress."""
         S = self.stress(s, b)
         ax, ay, bx, by = ti.static(self.edge)
         x1 = -(S.aa * ax[s, b] + S.ab * bx[s, b])
