@@ -1,8 +1,8 @@
-"""Starts Taichi: device, precision, lanes, cache folder.
+"""Start of Taichi: device, precision, lanes, cache folder.
 
 A *lane vector* holds one number for each of `lanes()` neighbouring elements. LLVM vectorises
 arithmetic on it, which it does not do for loops over Taichi fields; on a GPU, where the threads
-are the lanes, it has length one. The physics is the same text for both.
+are the lanes, it has length one. Both use the same source of the physics.
 """
 
 import contextlib
@@ -31,10 +31,10 @@ real = ti.f64
 
 @dataclass(frozen=True)
 class Device:
-    """Where kernels run: `name` is "cpu" or "cuda", `lanes` the elements in one lane vector.
+    """Device that kernels run on: `name` is "cpu" or "cuda", `lanes` the elements of a lane vector.
 
-    threads: CPU threads that share an increment; 1 on a GPU. parts: into how many the sums of
-    energies are split, one for each thread of a GPU that sums.
+    threads: CPU threads that share an increment; 1 on a GPU. parts: number of partial sums of an
+    energy, one for each thread of a GPU that sums.
     """
 
     name: str
@@ -50,7 +50,7 @@ _device: Device | None = None
 def start(
     device: str = "auto", cache: Path | None = None, threads: int = 1, most_lanes: int = CPU_LANES
 ) -> Device:
-    """Start Taichi, anew if it ran before, and return what will be used.
+    """Start or restart Taichi and return the device in use.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def start(
 
 
 def start_taichi(name: str, folder: Path, threads: int) -> None:
-    """ti.init with what this solver needs."""
+    """Call ti.init with the settings of this solver."""
     ti.init(
         arch=ti.cuda if name == "cuda" else ti.cpu,
         default_fp=real,
@@ -106,7 +106,7 @@ def start_taichi(name: str, folder: Path, threads: int) -> None:
 
 
 def default_cache_folder() -> Path:
-    """Folder of compiled kernels: $SOFTSIM_CACHE, else the user's cache folder."""
+    """Return the folder of compiled kernels: $SOFTSIM_CACHE, else the user's cache folder."""
     given = os.environ.get("SOFTSIM_CACHE")
     if given:
         return Path(given)
@@ -117,7 +117,7 @@ def remove_stale_lock(folder: Path) -> None:
     """Remove Taichi's `ticache.lock` left by a killed process.
 
     While a process that wrote it lives, the lock is held for well under a minute; an older one has
-    no owner, and every later run would skip the cache without a word.
+    no owner, and every later run would skip the cache without a warning.
     """
     for lock in folder.rglob("ticache.lock"):
         with contextlib.suppress(FileNotFoundError):  # another run removed it just now
@@ -126,7 +126,7 @@ def remove_stale_lock(folder: Path) -> None:
 
 
 def device() -> Device:
-    """The device in use.
+    """Return the device in use.
 
     Raises
     ------
@@ -138,15 +138,15 @@ def device() -> Device:
 
 
 def lanes() -> int:
-    """Number of elements in one lane vector on this device."""
+    """Return the number of elements in one lane vector on this device."""
     return device().lanes
 
 
 def lane_vector() -> type:
-    """Taichi type of one number for each lane."""
+    """Return the Taichi type of one number per lane."""
     return ti.types.vector(lanes(), real)
 
 
 def lane_blocks(count: int) -> int:
-    """Lane vectors that hold `count` elements (the last one may be padded)."""
+    """Return the number of lane vectors for `count` elements (the last one may be padded)."""
     return -(-count // lanes())

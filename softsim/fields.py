@@ -1,17 +1,16 @@
-"""Fields, and how arrays get into them and out again.
+"""Allocation of Taichi fields in one block of memory, and transfer of arrays to and from them.
 
-Taichi's own ways are slow to start: a field made on its own gets a tree of memory of its own, and
-each field that is filled or read on its own a kernel of its own, traced anew at every start. A
-model has about a hundred fields. So they are made `together`, one after another in one block of
-memory, seen as words of four bytes, and Taichi tells at which word of the block a field begins. A
-CPU's block lies in the memory of this process, where numpy reads and writes it in place; of a
-GPU's, two kernels copy the words, whatever they hold. Where fields are too many for one of Taichi's
-trees, they get a second block.
+In Taichi alone, each field gets its own memory tree, and each field that is filled or read gets its
+own kernel, traced at every start. This is slow: a model has about a hundred fields. Here they are
+allocated `together`, one after another in one block of memory, addressed as words of four bytes;
+Taichi returns the word at which a field begins. The block of a CPU lies in the memory of this
+process, where numpy reads and writes it in place; the words of a GPU's block are copied by two
+kernels, whatever their type. Fields that are too many for one of Taichi's trees get a second block.
 
-A compiled kernel is kept and serves again wherever the extents of the fields are the same. So these
-are rounded up (`rounded`), and what depends on the mesh is a `Number`, which a kernel reads when it
-runs: meshes of about the same size share their kernels. Arrays that are read or written have the
-shape that was asked for; the cells beyond it hold zeros, and no kernel comes there.
+A compiled kernel is reused wherever the extents of the fields are the same. So extents are rounded
+up (`rounded`), and integers that depend on the mesh are a `Number`, which a kernel reads at run
+time: meshes of about the same size share their kernels. Arrays that are read or written have the
+requested shape; the cells beyond it hold zeros, and no kernel accesses them.
 """
 
 import math
@@ -37,11 +36,11 @@ DOUBLING = 2**15  # rounding doubles up to here; beyond, where memory counts, it
 
 
 def rounded(extent: int) -> int:
-    """The extent that a field gets along an axis of so many cells.
+    """Return the allocated extent of a field along an axis of `extent` cells.
 
-    Some more than a power of two: fields that lie whole pages of memory apart share the places of
-    the first cache, and a store to one holds up loads from the next (60 against 39 us an increment
-    of the robot's section).
+    It is slightly larger than a power of two: fields that lie whole pages of memory apart share the
+    lines of the first cache, and a store to one delays loads from the next (60 against 39 us an
+    increment of the robot's section).
 
     >>> [rounded(n) for n in (3, 8, 9, 1000, 40_000)]
     [3, 8, 24, 1032, 40968]
@@ -55,8 +54,8 @@ def rounded(extent: int) -> int:
 
 @dataclass(frozen=True)
 class _New:
-    """A field still without memory (None if it is only counted), and what it will hold; no values:
-    zeros.
+    """Field without memory yet (None if it is only counted), its shape and initial values; None
+    stands for zeros.
     """
 
     field: Any
@@ -72,22 +71,22 @@ class _New:
 
     @property
     def tree_nodes(self) -> int:
-        """Its cells and each of its components: nodes of Taichi's tree."""
+        """Number of nodes in Taichi's tree: one for the cells and one for each component."""
         return 1 + math.prod(self.components)
 
 
 class Made:
-    """Fields made in one block, so far, for so many scenarios."""
+    """Fields declared so far in one block, for a number of scenarios."""
 
     def __init__(self, counted_only: bool, scenarios: int) -> None:
         self.counted_only, self.scenarios = counted_only, scenarios
         self.fields: list[_New] = []
 
     def extents(self, cells: tuple[int, ...]) -> tuple[int, ...]:
-        """Cells in memory along each axis: the first long one is rounded up, not that of scenarios.
+        """Return the cells in memory along each axis: the first long axis is rounded up.
 
-        That of scenarios, the first, is told by its length: a mesh that happens to have as many of
-        something only shares no kernels.
+        The scenario axis is not; it is the first axis and recognised by its length. A mesh that
+        happens to have the same length there merely does not share kernels.
         """
         first = 1 if cells[0] == self.scenarios else 0
         long = next((axis for axis in range(first, len(cells)) if cells[axis] > EXACT), None)
@@ -95,14 +94,14 @@ class Made:
 
     @property
     def size(self) -> int:
-        """Bytes that their numbers take."""
+        """Size of the fields in memory [bytes]."""
         return sum(math.prod(new.extents) * new.cell_bytes for new in self.fields)
 
     def add(
         self, dtype: type, cells: tuple[int, ...], components: tuple[int, ...],
         values: np.ndarray | None,
     ) -> ti.Field | None:  # fmt: skip
-        """Add a field, which has no memory yet; None if it is only counted."""
+        """Add a field without memory and return it; None if it is only counted."""
         field = None
         if not self.counted_only:
             kind = (ti.field, ti.Vector.field, ti.Matrix.field)[len(components)]
@@ -113,16 +112,16 @@ class Made:
         return field
 
     def forget_values(self) -> None:
-        """Drop the initial values, which are in the fields now."""
+        """Drop the initial values once they are in the fields."""
         self.fields = [replace(new, values=None) for new in self.fields]
 
 
 class DifferentFieldsError(Exception):
-    """Fields that were to be filled anew have another type or shape."""
+    """Raised when fields to be refilled differ in type or shape."""
 
 
 class _Refill(Made):
-    """Fields that were made before and get new values, in the same order."""
+    """Existing fields that get new values, in the same order."""
 
     def __init__(self, earlier: Sequence[_New], scenarios: int) -> None:
         super().__init__(counted_only=False, scenarios=scenarios)
@@ -132,7 +131,7 @@ class _Refill(Made):
         self, dtype: type, cells: tuple[int, ...], components: tuple[int, ...],
         values: np.ndarray | None,
     ) -> ti.Field | None:  # fmt: skip
-        """Return the next field. Raises DifferentFieldsError."""
+        """Return the next existing field; raise DifferentFieldsError if it differs."""
         if len(self.fields) == len(self.earlier):
             raise DifferentFieldsError
         known = self.earlier[len(self.fields)]
@@ -143,9 +142,9 @@ class _Refill(Made):
 
 
 class _Place(ABC):
-    """Where numbers of a field lie.
+    """Location of the numbers of a field.
 
-    device: on which the field was made; when Taichi starts anew, its memory is gone. shape: of the
+    device: on which the field was allocated; its memory is lost when Taichi restarts. shape: of the
     numbers.
     """
 
@@ -154,38 +153,35 @@ class _Place(ABC):
 
     @abstractmethod
     def row(self, row: int) -> "_Place":
-        """Where a row lies, which is an index of the first axis. Raises IndexError."""
+        """Return the location of a row, an index of the first axis, or raise IndexError."""
 
     @abstractmethod
     def read(self) -> np.ndarray:
-        """The numbers."""
+        """Return the numbers."""
 
     @abstractmethod
     def write(self, values: np.ndarray | float) -> None:
-        """Give the numbers new values, an array or one that broadcasts to it."""
+        """Write new values, an array or one that broadcasts to it."""
 
 
 class _HostPlace(_Place):
-    """In the memory of this process: `numbers` lie there."""
+    """Location in the memory of this process, as the array `numbers`."""
 
     def __init__(self, device: backend.Device, numbers: np.ndarray) -> None:
         self.device, self.numbers, self.shape = device, numbers, numbers.shape
 
     def row(self, row: int) -> "_HostPlace":
-        """Where a row lies."""
         return _HostPlace(self.device, self.numbers[row, ...])
 
     def read(self) -> np.ndarray:
-        """The numbers."""
         return self.numbers.copy()
 
     def write(self, values: np.ndarray | float) -> None:
-        """Give the numbers new values."""
         self.numbers[...] = values
 
 
 class _DevicePlace(_Place):
-    """In a block of another memory, from a word of it on; extents: there."""
+    """Location in a block on another device, from word `first` on; extents: in that memory."""
 
     def __init__(
         self,
@@ -199,19 +195,16 @@ class _DevicePlace(_Place):
         self.device, self.shape = block.device, shape
 
     def row(self, row: int) -> "_DevicePlace":
-        """Where a row lies."""
         words = math.prod(self.extents[1:]) * self.dtype.itemsize // WORD
         first = self.first + range(self.shape[0])[row] * words  # a row beside the field is refused
         return _DevicePlace(self.block, first, self.shape[1:], self.extents[1:], self.dtype)
 
     def read(self) -> np.ndarray:
-        """The numbers."""
         values: np.ndarray = np.empty(self.extents, self.dtype)
         self.block.copy_out(self.first, values.reshape(-1).view(np.int32))
         return np.array(values[tuple(map(slice, self.shape))])
 
     def write(self, values: np.ndarray | float) -> None:
-        """Give the numbers new values."""
         whole = np.zeros(self.extents, self.dtype)
         whole[tuple(map(slice, self.shape))] = values
         self.block.copy_in(self.first, whole.reshape(-1).view(np.int32))
@@ -223,12 +216,12 @@ _places: WeakKeyDictionary[ti.Field, _Place] = WeakKeyDictionary()
 
 @contextmanager
 def together(scenarios: int = 1) -> Iterator[Made]:
-    """Give the fields made inside, of so many scenarios, one block of memory, and their values,
-    when it closes.
+    """Allocate the fields declared inside, for a number of scenarios, in one block of memory.
 
-    Until then Taichi refuses to run any kernel: "These field(s) are not placed".
+    They get memory and values when the block ends. Until then Taichi does not run any kernel:
+    "These field(s) are not placed".
 
-    Raises DeviceError where the block would be larger than its words can be numbered (8 GiB).
+    Raises DeviceError where the block would exceed the range of word indices (8 GiB).
     """
     with _gathered(Made(counted_only=False, scenarios=scenarios)) as made:
         yield made
@@ -238,10 +231,9 @@ def together(scenarios: int = 1) -> Iterator[Made]:
 
 @contextmanager
 def refilled(made: Made, count: int) -> Iterator[None]:
-    """Give the first `count` fields that were made `together` the values of those made inside, in
-    the same order. Nothing is written unless all have the types and shapes of before.
+    """Write the values of the fields declared inside to the first `count` fields of `made`.
 
-    Raises DifferentFieldsError if they have not.
+    The order is the same. Raises DifferentFieldsError, without writing, if types or shapes differ.
     """
     with _gathered(_Refill(made.fields[:count], made.scenarios)) as again:
         yield
@@ -253,7 +245,7 @@ def refilled(made: Made, count: int) -> Iterator[None]:
 
 @contextmanager
 def counted(scenarios: int = 1) -> Iterator[Made]:
-    """Only count the fields made inside: they never get memory, and None stands for each."""
+    """Count the fields declared inside without memory: None replaces each field."""
     with _gathered(Made(counted_only=True, scenarios=scenarios)) as made:
         yield made
 
@@ -269,37 +261,37 @@ def _gathered(made: Made) -> Iterator[Made]:
 
 
 def index_field(values: np.ndarray) -> ti.ScalarField:
-    """A field of whole numbers (at least one cell, so that it can be allocated)."""
+    """Return a field of integers (at least one cell, so that it can be allocated)."""
     return _make(ti.i32, values)
 
 
 def real_field(values: np.ndarray) -> ti.ScalarField:
-    """A field of real numbers (at least one cell)."""
+    """Return a field of real numbers (at least one cell)."""
     return _make(backend.real, values)
 
 
 def vector_field(values: np.ndarray) -> ti.MatrixField:
-    """A field of vectors from `values` (..., components), at least one cell."""
+    """Return a field of vectors from `values` (..., components), at least one cell."""
     return _make(backend.real, values, 1)
 
 
 def matrix_field(values: np.ndarray) -> ti.MatrixField:
-    """A field of matrices from `values` (..., rows, columns), at least one cell."""
+    """Return a field of matrices from `values` (..., rows, columns), at least one cell."""
     return _make(backend.real, values, 2)
 
 
 def lane_field(shape: tuple[int, ...]) -> ti.MatrixField:
-    """A field of zero lane vectors; `shape` counts lane vectors, not numbers."""
+    """Return a field of zero lane vectors; `shape` counts lane vectors, not numbers."""
     return _new(backend.real, shape, (backend.lanes(),), None)
 
 
 def lane_data(values: np.ndarray) -> ti.MatrixField:
-    """A field of lane vectors from `values` (..., elements), whole lane vectors of elements."""
+    """Return a field of lane vectors from `values` (..., elements) of whole lane vectors."""
     return vector_field(values.reshape(*values.shape[:-1], -1, backend.lanes()))
 
 
 def _place(field: ti.Field) -> _Place:
-    """Where a field lies. Raises DeviceError where Taichi was started anew since it was made."""
+    """Return the location of a field; raise DeviceError if Taichi was restarted since."""
     place = _places[field]
     if place.device is not backend.device():
         raise DeviceError(
@@ -312,33 +304,34 @@ def _place(field: ti.Field) -> _Place:
 
 
 def shape_of(field: ti.Field) -> tuple[int, ...]:
-    """Shape of the array of all numbers of a field: cells, then components."""
+    """Return the shape of all numbers of a field: cells, then components."""
     return _place(field).shape
 
 
 def read(field: ti.Field) -> np.ndarray:
-    """All numbers of a field (cells, components)."""
+    """Return all numbers of a field (cells, components)."""
     return _place(field).read()
 
 
 def read_row(field: ti.Field, row: int) -> np.ndarray:
-    """All numbers of one row of a field: of one scenario, where the first axis counts these."""
+    """Return the numbers of one row of a field: of one scenario if the first axis is scenarios."""
     return _place(field).row(row).read()
 
 
 def write(field: ti.Field, values: np.ndarray | float) -> None:
-    """Give a field new numbers: an array (cells, components), or one that broadcasts to it."""
+    """Write new numbers to a field: an array (cells, components), or one that broadcasts to it."""
     _place(field).write(values)
 
 
 def write_row(field: ti.Field, row: int, values: np.ndarray | float) -> None:
-    """Give one row of a field new numbers; the other rows stay as they are."""
+    """Write new numbers to one row of a field; the other rows are unchanged."""
     _place(field).row(row).write(values)
 
 
 class Number:
-    """A whole number of a model, such as how many elements it has: an index in Python; in a kernel
-    read when it runs, not written into it.
+    """Integer that kernels read at run time, so that a change does not trigger recompilation.
+
+    It is an index in Python. An example is the number of elements of a model.
     """
 
     def __init__(self, value: int) -> None:
@@ -351,29 +344,30 @@ class Number:
 
     @ti.func
     def read(self):
-        """The number, in a kernel."""
+        """Return the number in a kernel."""
         return self.cell[0]
 
     @ti.func
     def first(self, part):
-        """In a kernel, the first of so many indices in a part of a sum, which has as many parts as
-        the device says.
+        """Return, in a kernel, the first of the indices in a part of a sum over this many indices.
+
+        The number of parts is that of the device.
         """
         return self.cell[0] * part // self.parts
 
 
 @ti.func
 def once(part):
-    """1 in the first part of a sum, else 0: a factor of what is not split, as a tether's energy."""
+    """Return 1 in the first part of a sum, else 0: a factor of terms that are not split."""
     return ti.cast(part == 0, backend.real)
 
 
 @ti.data_oriented
 class _Block:
-    """Memory of fields, one after another, seen as words.
+    """Memory of fields, one after another, addressed as words.
 
     `words` is declared with the first cache line only: indices beyond it reach the fields that
-    follow. Nothing checks them; `_DevicePlace` keeps them right.
+    follow. Taichi does not check them; `_DevicePlace` computes valid indices.
     """
 
     def __init__(self, made: list[_New]) -> None:
@@ -386,7 +380,7 @@ class _Block:
         builder.finalize()
 
     def places(self, made: list[_New]) -> Iterator[tuple[ti.Field, _Place]]:
-        """The fields of this block, and where each lies."""
+        """Yield the fields of this block with their locations."""
         start = self.address() if self.device.name == "cpu" else None
         for new in made:
             offset = new.field.parent()._offset_bytes_in_parent_cell
@@ -400,7 +394,7 @@ class _Block:
 
     @ti.kernel
     def address(self) -> ti.u64:
-        """Of the first word."""
+        """Return the address of the first word."""
         return ti.get_addr(self.words, [0])
 
     @ti.kernel
@@ -417,7 +411,7 @@ class _Block:
 
 
 def _make(dtype: type, values: np.ndarray, component_axes: int = 0) -> ti.Field:
-    """A field of `values`; its memory starts as zeros, so only other values are written."""
+    """Return a field of `values`; memory starts as zeros, so only nonzero values are written."""
     split = values.ndim - component_axes
     cells = tuple(max(1, extent) for extent in values.shape[:split])
     return _new(dtype, cells, values.shape[split:], values if np.any(values) else None)
@@ -426,7 +420,7 @@ def _make(dtype: type, values: np.ndarray, component_axes: int = 0) -> ti.Field:
 def _new(
     dtype: type, cells: tuple[int, ...], components: tuple[int, ...], values: np.ndarray | None
 ) -> ti.Field:
-    """A field that gets its memory at once, or with the others that are made together."""
+    """Return a field allocated at once, or later with the others of an open block."""
     made = Made(counted_only=False, scenarios=1) if _made is None else _made
     field = made.add(dtype, cells, components, values)
     if _made is None:
@@ -437,7 +431,7 @@ def _new(
 def _allocate(made: Made) -> None:
     """Place fields in a block, or several, and fill them.
 
-    Whole cache lines come first, so that no lane vector lies across two of them.
+    Cells of whole cache lines come first, so that no lane vector spans two of them.
     """
     if made.size > WORD * np.iinfo(np.int32).max:
         raise DeviceError(
@@ -458,7 +452,7 @@ def _allocate(made: Made) -> None:
 
 
 def _trees(made: list[_New]) -> list[list[_New]]:
-    """Fields in as many of Taichi's trees as they need: mostly one."""
+    """Return the fields split into as many Taichi trees as they need, mostly one."""
     trees: list[list[_New]] = [[]]
     nodes = 0
     for new in made:
@@ -471,7 +465,7 @@ def _trees(made: list[_New]) -> list[list[_New]]:
 
 
 def padded(tables: Sequence[np.ndarray]) -> np.ndarray:
-    """Tables (n, ...) of several scenarios as one (scenarios, longest n, ...), with zeros."""
+    """Return tables (n, ...) of scenarios as one (scenarios, longest n, ...), padded with zeros."""
     longest = max(1, *map(len, tables))
     return np.stack(
         [

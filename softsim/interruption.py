@@ -1,4 +1,4 @@
-"""Requests to stop: by Ctrl-C, by whoever ends processes, or by another thread."""
+"""Requests to stop, by SIGINT (Ctrl-C), SIGTERM or another thread."""
 
 import os
 import signal
@@ -11,7 +11,7 @@ from typing import Any
 
 STOPPED = "stopped by SIGINT"
 INTERRUPTED = 130
-"""Exit code of a command that Ctrl-C ended before it had anything to keep, as shells have it."""
+"""Exit code of a command that Ctrl-C ended before it stored results, as in shells."""
 
 STOPPING = (signal.SIGINT, signal.SIGTERM)
 
@@ -24,7 +24,7 @@ def become_command() -> None:
 
     A signal may then end it at once where it could not act otherwise: while kernels are compiled
     (`ended_at_once`), and Ctrl-C while modules are imported. In a notebook or a program of the
-    user's own that would lose what they hold.
+    user's own that would lose their data.
     """
     global _is_command
     _is_command = True
@@ -34,8 +34,8 @@ def become_command() -> None:
 def _interrupt(number: int, frame: FrameType | None) -> None:
     """Raise KeyboardInterrupt, or end the process at once while a module is imported.
 
-    Imports lose the exception: Taichi's decorators catch whatever is raised in them, and the
-    modules of Taichi and pydantic that are compiled turn it into an error of their own.
+    Imports lose the exception: Taichi's decorators catch all exceptions raised in them, and
+    compiled modules of Taichi and pydantic convert it to another error.
     """
     if _is_importing(frame):
         os.write(sys.stderr.fileno(), f"{STOPPED}\n".encode())
@@ -59,9 +59,9 @@ def is_command() -> bool:
 
 @contextmanager
 def stop_signals() -> Iterator[list[int]]:
-    """Collect SIGINT and SIGTERM instead of dying of them; a second one acts at once.
+    """Collect SIGINT and SIGTERM without ending the process; a second one acts at once.
 
-    Signals reach the main thread only; what runs in another is asked by `ask_threads_to_stop`.
+    Signals reach the main thread only; `ask_threads_to_stop` stops code in other threads.
     """
     asked: list[int] = []
     if threading.current_thread() is not threading.main_thread():
@@ -118,6 +118,6 @@ def ended_at_once() -> Iterator[None]:
 
 
 def ask_threads_to_stop() -> None:
-    """Ask what collects signals in other threads of this process to stop, as SIGTERM would."""
+    """Request a stop, as by SIGTERM, of code that collects signals in other threads."""
     for asked in list(_in_threads.values()):
         asked.append(signal.SIGTERM)

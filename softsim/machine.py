@@ -1,6 +1,7 @@
-"""The machine: processors, memory, graphics card; and the choice of what a run takes of it.
+"""Hardware of the machine (processors, memory, graphics card), and the choice of device and
+threads.
 
-Nothing here starts Taichi, so a command refuses at once what this machine cannot do.
+Nothing here starts Taichi, so that a command fails at once if the hardware is missing.
 """
 
 import ctypes
@@ -34,27 +35,27 @@ CORNERS_FOR_GPU = 8_000
 
 @dataclass(frozen=True)
 class Memory:
-    """Bytes free now, and bytes in all."""
+    """Free and total memory [bytes]."""
 
     free: int
     total: int
 
 
 class Place(Protocol):
-    """Something with a name and a memory of its own, where fields can live."""
+    """Hardware with a name and its own memory, which can hold fields."""
 
     @property
     def name(self) -> str:
-        """Name of the make."""
+        """Product name."""
 
     @property
     def memory(self) -> Memory:
-        """Its memory now."""
+        """Current memory."""
 
 
 @dataclass(frozen=True)
 class Processor:
-    """The CPU: its name, the cores this process may use, the machine's memory."""
+    """CPU: its name, the cores this process may use, the machine's memory."""
 
     name: str
     cores: int
@@ -63,7 +64,7 @@ class Processor:
 
 @dataclass(frozen=True)
 class GraphicsCard:
-    """The first NVIDIA card this process may use."""
+    """First NVIDIA card this process may use."""
 
     name: str
     driver: str
@@ -72,8 +73,8 @@ class GraphicsCard:
 
 @dataclass(frozen=True)
 class Choice:
-    """What runs may take: `device` is "cpu", "cuda" or, where there is a card, `auto`; `threads` a
-    number or None for `auto`.
+    """Device and threads of runs: `device` is "cpu", "cuda" or, if there is a card, `auto`;
+    `threads` is a number or None for `auto`.
 
     Raises DeviceError: several threads on the GPU.
     """
@@ -89,8 +90,9 @@ class Choice:
             )
 
     def device_for(self, corner_count: int) -> str:
-        """ "cpu" or "cuda", for a model whose elements have so many corners: with `auto` the card
-        for a large one, unless several threads are asked for.
+        """Return "cpu" or "cuda" for a model with `corner_count` element nodes.
+
+        `auto` selects the card for a large model, unless several threads were requested.
         """
         if self.device != AUTO:
             return self.device
@@ -98,11 +100,11 @@ class Choice:
         return "cuda" if is_large and self.threads in (None, 1) else "cpu"
 
     def allows(self, device: str) -> bool:
-        """Whether a run may go on there, on "cpu" or "cuda", where it was begun."""
+        """Return True if a run started on `device`, "cpu" or "cuda", may continue on it."""
         return self.device in (AUTO, device)
 
     def threads_for(self, corner_count: int) -> int:
-        """CPU threads for a model whose elements have so many corners."""
+        """Return the number of CPU threads for a model with `corner_count` element nodes."""
         if self.threads is not None:
             return self.threads
         is_large = corner_count >= CORNERS_FOR_THREADS
@@ -110,12 +112,12 @@ class Choice:
 
 
 def choose(device: str = AUTO, threads: int | str = AUTO) -> Choice:
-    """What runs may take of this machine.
+    """Return the device and threads of runs on this machine.
 
-    device: "auto" (what suits the model, see `Choice.device_for`), "cpu" or "cuda".
+    device: "auto" (depends on the model, see `Choice.device_for`), "cpu" or "cuda".
     threads: a number, or "auto".
 
-    Raises DeviceError for what is not there, and says what is.
+    Raises DeviceError, with the available hardware, for a request that cannot be met.
     """
     taken = chosen_device(device)
     is_open = device == AUTO and taken == "cuda"
@@ -123,7 +125,7 @@ def choose(device: str = AUTO, threads: int | str = AUTO) -> Choice:
 
 
 def chosen_device(device: str) -> str:
-    """ "cpu" or "cuda", whichever `device` (one of DEVICES) means here for work that fills a card.
+    """Return "cpu" or "cuda" for `device` (one of DEVICES); "auto" is the card if there is one.
 
     Raises DeviceError: no such device.
     """
@@ -142,8 +144,9 @@ def chosen_device(device: str) -> str:
 
 
 def device_of_trials(device: str) -> str:
-    """ "cpu" or "cuda", whichever `device` (one of DEVICES) means for runs that workers do one by
-    one: "auto" is the CPU, where there are many workers; a card has one.
+    """Return "cpu" or "cuda" for `device` (one of DEVICES) in trial runs; "auto" is the CPU.
+
+    Workers compute the runs one by one: a CPU has many workers, a card has one.
 
     Raises DeviceError: no such device.
     """
@@ -151,7 +154,7 @@ def device_of_trials(device: str) -> str:
 
 
 def asked_threads(threads: int | str) -> int | None:
-    """The number of threads asked for, None for "auto".
+    """Return the requested number of threads, None for "auto".
 
     Raises DeviceError: no whole number, less than one, or more than there are processors.
     """
@@ -180,23 +183,23 @@ def asked_threads(threads: int | str) -> int | None:
 
 
 def processor_count() -> int:
-    """Processors this process may use."""
+    """Return the number of processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def cores(count: int) -> str:
-    """ "1 core", "2 cores"."""
+    """Return "1 core", "2 cores" and so on."""
     return f"{count} core{'s' if count != 1 else ''}"
 
 
 def processor() -> Processor:
-    """The CPU of this machine."""
+    """Return the CPU of this machine."""
     memory = psutil.virtual_memory()
     return Processor(processor_name(), processor_count(), Memory(memory.available, memory.total))
 
 
 def processor_name() -> str:
-    """The make of the CPU, as far as the operating system tells."""
+    """Return the product name of the CPU as the operating system reports it."""
     facts = Path("/proc/cpuinfo")  # Linux, where `platform` knows the architecture only
     if facts.is_file():
         for line in facts.read_text("utf-8", errors="replace").splitlines():
@@ -207,7 +210,7 @@ def processor_name() -> str:
 
 
 def cuda_device_count() -> int:
-    """Cards that the CUDA driver offers this process; zero without a driver."""
+    """Return the number of cards that the CUDA driver reports; zero without a driver."""
     try:
         driver = ctypes.CDLL("nvcuda.dll" if os.name == "nt" else "libcuda.so.1")
     except OSError:  # no driver: Taichi would find the same, with a mere warning
@@ -218,7 +221,7 @@ def cuda_device_count() -> int:
 
 
 def graphics_card() -> GraphicsCard | None:
-    """The first NVIDIA card this process may use; None where there is no driver.
+    """Return the first NVIDIA card this process may use; None without a driver.
 
     Raises DeviceError: there is a driver, and it reports a fault.
     """
@@ -238,7 +241,7 @@ def graphics_card() -> GraphicsCard | None:
 
 
 def _first_visible_card() -> object:
-    """NVML's handle of CUDA's device 0: it obeys CUDA_VISIBLE_DEVICES, which NVML does not know.
+    """Return NVML's handle of CUDA device 0, which follows CUDA_VISIBLE_DEVICES, unlike NVML.
 
     Without that variable CUDA puts the fastest card first and NVML the lowest slot: on a machine
     with different cards the two may differ.
@@ -251,7 +254,7 @@ def _first_visible_card() -> object:
 
 @contextmanager
 def _management_library() -> Iterator[None]:
-    """NVML, NVIDIA's management library, open for the block."""
+    """Open NVML, NVIDIA's management library, for the block."""
     pynvml.nvmlInit()
     try:
         yield
@@ -260,8 +263,10 @@ def _management_library() -> Iterator[None]:
 
 
 def memory_of(device: str) -> Place | None:
-    """The place whose memory fields take on "cpu" or "cuda"; None if the driver does not tell, for
-    want of NVML, of permission or of support: CUDA may work all the same.
+    """Return the hardware whose memory holds fields on "cpu" or "cuda", or None if unknown.
+
+    It is None if the driver reports no memory, without NVML, permission or support; CUDA may work
+    nevertheless.
     """
     if device == "cpu":
         return processor()

@@ -1,15 +1,15 @@
-"""Selective mass scaling: what limits the step is made slow, what the body does is not.
+"""Selective mass scaling: slows the modes that limit the time step, not the motion of the body.
 
-Nodes closer together than what is of interest form groups. In each, motion relative to the group's
+Nodes closer together than the length of interest form groups. In each group, motion relative to the
 centre of mass has `factor` times the inertia:
     M' = M + (factor - 1) (M_g - m m^T / sum m)   in each direction, M_g = diag(m) of the group.
-Mass, momentum and any motion that a group shares are as before; statics too, for only M changes.
-Changed are motions within a group, whose frequencies are far above those of interest, and the
-inertia against turning, to which a group adds (factor - 1) sum m |r|^2, r from its centre. M' is
-constant and symmetric: momentum and energy are kept exactly, angular momentum is that of M'.
+Mass, momentum and rigid translations of a group are unchanged; so is statics, as only M changes.
+The changes are in motions within a group, whose frequencies are far above those of interest, and in
+the rotational inertia, to which a group adds (factor - 1) sum m |r|^2, r from its centre. M' is
+constant and symmetric: momentum and energy are conserved exactly, angular momentum is that of M'.
 
-Olovsson, Simonsson, Unosson 2005, Int. J. Numer. Meth. Engng 63:1436-1445 scale so in each element,
-which couples all of them; groups do not overlap, so that the inverse is at hand:
+Olovsson, Simonsson, Unosson 2005, Int. J. Numer. Meth. Engng 63:1436-1445 scale in each
+element, which couples all of them; groups do not overlap, so that the inverse is explicit:
     M'^-1 f = a - (1 - 1 / factor) (a - mean),   a = M^-1 f, the mean of a group weighted by mass;
 pairs across a thin shell in Cocchetti, Pagani, Perego 2013, Comput. Struct. 127:39-52.
 """
@@ -24,8 +24,8 @@ from scipy.spatial.distance import cdist
 
 @dataclass(frozen=True)
 class MassScaling:
-    """group (n,): number of each node's group, of which there are `count`, -1 for none.
-    factor: inertia of motion within a group over what it is [-], more than 1.
+    """Groups of mass scaling. group (n,): number of each node's group, -1 for none; count: of
+    groups. factor: scaled over unscaled inertia of motion within a group [-], more than 1.
     """
 
     group: np.ndarray
@@ -33,40 +33,40 @@ class MassScaling:
     factor: float
 
     def of_nodes(self, nodes: slice) -> "MassScaling":
-        """That of some nodes, numbered anew."""
+        """Return the mass scaling of some of the nodes, renumbered from 0."""
         return MassScaling(self.group[nodes], self.count, self.factor)
 
     @property
     def group_of_each(self) -> np.ndarray:
-        """Number of each node's group (n,), a node of none being a group of its own."""
+        """Number of each node's group (n,); a node without a group is its own group."""
         grouped = self.group >= 0
         return np.where(grouped, self.group, self.count + np.cumsum(~grouped) - 1)
 
     def means(self, mass: np.ndarray) -> sp.csr_matrix:
-        """The matrix (n, n) that projects M^1/2 u on motions that each group shares."""
+        """Return the matrix (n, n) that projects M^1/2 u on the mean motion of each group."""
         root = np.sqrt(self.shares(mass))
         spread = sp.csr_matrix((root, (np.arange(len(mass)), self.group_of_each)))
         return (spread @ spread.T).tocsr()
 
     def shares(self, mass: np.ndarray) -> np.ndarray:
-        """Of each node in the mass of its group (n,) [-]."""
+        """Return the fraction of each node in the mass of its group (n,) [-]."""
         total = np.bincount(self.group_of_each, mass)[self.group_of_each]
         return np.divide(mass, total, out=np.ones(len(mass)), where=total > 0.0)
 
     def scaled(self, mass: np.ndarray, dimension: int, power: float) -> sp.csr_matrix:
-        """(M^-1/2 M' M^-1/2)^power (n d, n d) of nodes of these masses (n,) [kg]."""
+        """Return (M^-1/2 M' M^-1/2)^power (n d, n d) of nodes of these masses (n,) [kg]."""
         whole, means = sp.identity(len(mass)), self.means(mass)
         of_nodes = means + self.factor**power * (whole - means)
         return sp.kron(of_nodes, sp.identity(dimension)).tocsr()
 
     def mobility(self, mass: np.ndarray) -> np.ndarray:
-        """How fast a force on one node alone sets it in motion, over what it was (n,) [-]."""
+        """Return the ratio of scaled to unscaled acceleration of a node by its force (n,) [-]."""
         shared: np.ndarray = self.means(mass).diagonal()
         return shared + (1.0 - shared) / self.factor
 
     def added_turning(self, points: np.ndarray, mass: np.ndarray) -> float:
-        """What is added to the inertia sum m |r|^2 of these nodes about their centre of mass, as a
-        share of it [-].
+        """Return the relative increase [-] of the inertia sum m |r|^2 of these nodes about their
+        centre of mass.
         """
         weighted = np.sqrt(mass)[:, None] * points
         within = ((weighted - self.means(mass) @ weighted) ** 2).sum()
@@ -74,7 +74,7 @@ class MassScaling:
         return float((self.factor - 1.0) * within / whole)
 
     def describe(self) -> str:
-        """Groups, and what is changed in them."""
+        """Return a text with the number and size of the groups and the factor."""
         sizes = np.bincount(self.group[self.group >= 0])
         return (
             f"{sizes.sum()} nodes in {self.count} groups of at most {sizes.max()}; inertia of "
@@ -89,13 +89,13 @@ def grouped(
     may_join: np.ndarray,
     within: float,
 ) -> tuple[np.ndarray, int]:
-    """Groups of nodes that edges connect and of which no two are farther apart than `within` [m]:
-    the number of each node's group (n,), -1 for none, and how many groups there are.
+    """Return the number of each node's group (n,), -1 for none, and the number of groups.
 
-    points (n, d) [m], edges (k, 2) node numbers; crosses (k,): which edges lead through the body
-    from surface to surface. may_join (n,): which nodes may be in a group. First join those across a
-    wall one element thick, then of all neighbours those that make the smallest group (complete
-    linkage).
+    Groups consist of nodes connected by edges, none of them farther apart than `within` [m].
+    points (n, d) [m], edges (k, 2) node numbers; crosses (k,): True for edges that lead through the
+    body from surface to surface. may_join (n,): True for nodes that may be in a group. Nodes across
+    a wall one element thick are joined first, then the neighbours that form the smallest group
+    (complete linkage).
     """
     joins = may_join[edges].all(axis=1)
     edges, along = edges[joins], ~crosses[joins]
@@ -144,7 +144,7 @@ def grouped(
 
 
 def farthest(points: np.ndarray, nodes: list[int], groups: list[list[int]]) -> list[float]:
-    """The largest distance [m] of a node from those of each group."""
+    """Return the largest distance [m] between any of `nodes` and the nodes of each group."""
     if not groups:
         return []
     starts = np.cumsum([0, *map(len, groups[:-1])])
@@ -154,8 +154,8 @@ def farthest(points: np.ndarray, nodes: list[int], groups: list[list[int]]) -> l
 
 
 def edges_of(cells: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (k, 2) of nodes that share a cell (m, corners), each once, and which of them (k,) lead
-    through the body from surface to surface, of which these are the facets (f, corners).
+    """Return the pairs (k, 2) of nodes that share a cell (m, corners), each once, and True (k,) for
+    those that lead through the body from surface to surface; facets (f, corners): of the surface.
     """
     edges, on_surface = pairs_of(cells), pairs_of(facets)
     count = cells.max() + 1
@@ -164,7 +164,7 @@ def edges_of(cells: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def pairs_of(lists: np.ndarray) -> np.ndarray:
-    """Pairs (k, 2) of nodes that are listed (m, corners) together, each once, smaller one first."""
+    """Return the pairs (k, 2) of nodes in the same row of lists (m, corners), smaller one first."""
     first, second = np.triu_indices(lists.shape[1], 1)
     pairs = np.sort(np.stack([lists[:, first].ravel(), lists[:, second].ravel()], axis=1), axis=1)
     return np.unique(pairs[pairs[:, 0] != pairs[:, 1]], axis=0)

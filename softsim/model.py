@@ -1,4 +1,4 @@
-"""The frozen model: connectivity, masses, parameters, all in numpy; names have become numbers.
+"""Immutable model of a scenario in numpy: connectivity, masses and parameters, numbers for names.
 
 A `Model` is one scenario. Several scenarios of one mesh (other pressure, frequency, friction,
 pipe) run side by side in one solver.
@@ -34,13 +34,12 @@ L = TypeVar("L", bound=Load)
 
 @dataclass(frozen=True)
 class Body:
-    """A meshed body. points (n, d) [m]; cells (m, corners) numbered within the body, each of which
-    is in one of its regions; all bodies' are written with as many corners.
+    """Meshed body. points (n, d) [m]; cells (m, corners) numbered within the body, each in one
+    of its regions; all bodies have the same number of corners per cell.
 
     node_sets, facet_sets: numbered within the model (within the body plus first_node). cell_sets:
-    numbers of cells within the body.
-    remarks: texts that say what reading its mesh changed. not_read: what its mesh file says besides
-    the mesh, such as "*MATERIAL rubber".
+    numbers of cells within the body. remarks: warnings on changes made when its mesh was read.
+    not_read: contents of its mesh file that are ignored, such as "*MATERIAL rubber".
     """
 
     name: str
@@ -56,16 +55,18 @@ class Body:
 
     @property
     def nodes(self) -> slice:
-        """Its nodes among those of the model."""
+        """Slice of its nodes in the model."""
         return slice(self.first_node, self.first_node + len(self.points))
 
     @property
     def mass(self) -> float:
-        """Of its elements [kg]."""
+        """Mass of its elements [kg]."""
         return sum(float(r.volumes.sum()) * r.material.density for r in self.regions)
 
     def nodal_mean(self, of_regions: Iterable[np.ndarray]) -> np.ndarray:
-        """Mean by volume (n,), where regions meet, of values (n,) of each region's nodes."""
+        """Return nodal values (n,) from those of each region, averaged by volume where regions
+        meet.
+        """
         volumes = [r.nodal_volumes for r in self.regions]
         whole, mean = sum(volumes), np.zeros(len(self.points))
         for values, volume in zip(of_regions, volumes, strict=True):
@@ -74,7 +75,7 @@ class Body:
 
     @property
     def surface_areas(self) -> np.ndarray:
-        """Area of its surface at rest (n,) [m^2] that each node stands for."""
+        """Tributary area of each node on the surface at rest (n,) [m^2]."""
         facets = self.facet_sets["surface"] - self.first_node
         owners, areas = facet_owners(facets, self.cells), np.zeros(len(self.points))
         for region in self.regions:
@@ -84,7 +85,7 @@ class Body:
         return areas
 
     def joined(self, of_regions: Iterable[np.ndarray]) -> np.ndarray:
-        """Values (m, ...) of all cells, in their order, from those of each region."""
+        """Return values (m, ...) of all cells, in their order, from those of each region."""
         numbers = np.concatenate([r.numbers for r in self.regions])
         return np.concatenate(list(of_regions))[np.argsort(numbers)]
 
@@ -92,7 +93,7 @@ class Body:
 @dataclass(frozen=True)
 class ContactData:
     """Nodes (k,) that may touch, and per node k_n, k_t [N/m], the dashpots c_n, c_t [N s/m] and the
-    mass that it has to move [kg].
+    effective mass [kg].
     """
 
     nodes: np.ndarray
@@ -106,7 +107,7 @@ class ContactData:
 
 @dataclass(frozen=True)
 class CableData:
-    """A cable of a radius [m], and the contact of its nodes that are not held."""
+    """Cable with its radius [m] and the contact of its nodes that are not held."""
 
     cable: Cable
     radius: float
@@ -117,13 +118,14 @@ class CableData:
 class SelfContactData:
     """Surfaces of deformable bodies that may touch themselves and each other.
 
-    nodes: their vertices (k,). facets (f, d), numbered as nodes. Points are the vertices, then the
-    facets' centroids (k + f,): point_size at rest [m], point_part the connected part of the bodies
-    that each belongs to, point_areas the area [m^2] that it stands for, penalty_stiffness k_n
-    [N/m], damping_time c_n / k_n [s]. facet_areas (f,) [m^2]; facet_stiffness: contact stiffness
-    per area (f,) [Pa/m]. tangential_ratio: k_t / k_n; tangential_damping_fraction: c_t / c_n.
-    point_group (k + f,): number of the group of each point; may_touch (groups, groups): True for
-    groups in contact with each other, friction_coefficient (groups, groups) between them.
+    nodes: vertices (k,) of the surfaces. facets (f, d), numbered as nodes. Points are the vertices,
+    then the facets' centroids (k + f,): point_size at rest [m], point_part the connected part of
+    the bodies that each belongs to, point_areas the area [m^2] that it stands for,
+    penalty_stiffness k_n [N/m], damping_time c_n / k_n [s]. facet_areas (f,) [m^2];
+    facet_stiffness: contact stiffness per area (f,) [Pa/m]. tangential_ratio: k_t / k_n;
+    tangential_damping_fraction: c_t / c_n. point_group (k + f,): number of the group of each point;
+    may_touch (groups, groups): True for groups in contact with each other, friction_coefficient
+    (groups, groups) between them.
     """
 
     nodes: np.ndarray
@@ -163,9 +165,10 @@ class SelfContactData:
 
 @dataclass(frozen=True)
 class CornerData:
-    """Convex corners of walls in the plane against facets (f, 2), numbered as nodes, of these
-    lengths at rest (f,) [m]. Of each corner k_n, k_t [N/m] and the dashpots c_n, c_t [N s/m].
-    together: upper bound of the weights that a node of the facets carries of corners on them.
+    """Contact of convex wall corners in the plane with facets (f, 2), numbered as nodes.
+
+    facet_size: lengths at rest (f,) [m]. k_n, k_t [N/m] and the dashpots c_n, c_t [N s/m] are those
+    of each corner. together: upper bound of the sum of contact weights of corners at a facet node.
     """
 
     facets: np.ndarray
@@ -179,7 +182,7 @@ class CornerData:
 
 @dataclass(frozen=True)
 class OutlineData:
-    """Shape of rigid body number `body`, where it is at rest.
+    """Shape of rigid body number `body` in its position at rest.
 
     `support`: nodes that may lie against it from outside, or None.
     """
@@ -191,8 +194,8 @@ class OutlineData:
 
 @dataclass(frozen=True)
 class Probe:
-    """A quantity that the history records: `kind` names it, of `members`: nodes (k,) or, for an
-    enclosed volume, facets (k, corners).
+    """Quantity recorded in the history: its `kind` and `members`, nodes (k,) or, for an enclosed
+    volume, facets (k, corners).
     """
 
     name: str
@@ -203,13 +206,13 @@ class Probe:
 
 @dataclass(frozen=True, eq=False)
 class Passage:
-    """The way of rigid body number `body` along pipes, and when there is nothing more to wait for.
+    """Path of rigid body number `body` along pipes, and the criteria that end the run.
 
-    items: what the user's lists of the pipes say, an entry a text. length: of the body along the
-    pipe [m]. outline: its nodes that touch walls (k,). start: arc length of its centre at rest;
-    goals: where it has passed, by the branch of the network, infinite of one without an exit [m].
-    It has stopped when it gains less than `least_progress` [m]
-    within `patience` pressure cycles, or `patience_time` [s] where it is not `in_cycles`.
+    items: entries of the user's lists of the pipes, as texts. length: of the body along the pipe
+    [m]. outline: its nodes that touch walls (k,). start: arc length of its centre at rest; goals:
+    arc lengths [m] beyond which it has passed, by branch of the network, infinite for a branch
+    without an exit. It has stopped when it gains less than `least_progress` [m] within `patience`
+    pressure cycles, or within `patience_time` [s] if not `in_cycles`.
     """
 
     network: PipeNetwork
@@ -225,15 +228,17 @@ class Passage:
     least_progress: float
 
     def goal_beyond(self, branch: int) -> float:
-        """The goal of a branch [m]; where it has no exit, the nearest of all."""
+        """Return the goal of a branch [m]; the nearest goal of all if it has no exit."""
         goal = self.goals[branch]
         return goal if goal < float("inf") else min(self.goals)
 
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """The ground that a body, its nodes (k,), is to cross along x: its rear end gets past `goal`;
-    what it meets begins at `foot` [m]. patience: time without progress [s] after which it is stuck.
+    """Ground that a body with nodes (k,) has to cross along x, until its rear end is beyond `goal`
+    [m].
+
+    foot: start of the obstacle [m]. patience: time without progress [s] after which it is stuck.
     """
 
     nodes: np.ndarray
@@ -244,11 +249,12 @@ class Crossing:
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """Parts of which a run tells: number of the rigid body `frame`, name of the load `chamber`, a
-    pressure, rows: node sets (k,) whose contact is counted, sides: those of their nodes that lie
-    at the top or bottom, left or right at rest, name of the probe `track`, in space, whose way over
-    the ground is told. None, or no rows, where there is none. assumptions: sentences that a verdict
-    states.
+    """Parts of a robot that a run reports on; None or empty if absent.
+
+    frame: number of the rigid body. chamber: name of the pressure load. rows: node sets (k,) whose
+    contacts are counted; sides: their nodes at the top or bottom, left or right at rest. track:
+    name of the probe in space whose path over the ground is reported. assumptions: sentences that a
+    verdict states.
     """
 
     frame: int | None
@@ -265,8 +271,8 @@ LOCAL_DAMPING = 0.8
 
 @dataclass(frozen=True)
 class SteadyProbe:
-    """A probe, by name and columns of the history, that has come to rest when it stayed `within`
-    this share of its value for the last half of the time since `since` [s].
+    """Probe, by name and history columns, that is steady once it varied by no more than the
+    fraction `within` of its value over the second half of the time since `since` [s].
     """
 
     name: str
@@ -277,8 +283,8 @@ class SteadyProbe:
 
 @dataclass(frozen=True)
 class Relaxation:
-    """Dynamic relaxation to equilibrium: within `longest` [s], until the unbalanced force is below
-    `tolerance` of the inner ones, or a probe is steady; not before `shortest` [s] are over.
+    """Dynamic relaxation to equilibrium, for `shortest` to `longest` [s], until the unbalanced
+    force is below `tolerance` times the internal forces, or a probe is steady.
     """
 
     longest: float
@@ -289,23 +295,23 @@ class Relaxation:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """One scenario. Arrays over all nodes: points, velocity (n, d), mass (n,), is_free (n, d).
+    """Model of one scenario. Arrays over all nodes: points, velocity (n, d), mass (n,), is_free (n,
+    d).
 
-    A component is free when it follows its own force: neither fixed, prescribed nor tied to a
-    rigid body or a facet. After the nodes of bodies come those of cables. The last nodes, without
-    mass, are the vertices of rigid surfaces and the corners of rigid outlines. ties: of nodes to
-    facets, whose corners have their masses. loads: whatever acts from outside, prescribed motions
-    too; sorted by kind.
-    gravity (d,) [m/s^2]: all of it; starting_gravity: at t = 0, where it rises over a profile.
-    load_names: of the loads, as the scene calls what they come from. start_time [s]: 0, or where a
-    step begins; end_time: the latest; cycles: of the pressure in the robot's chamber, with which
+    A component is free when it follows its own force: neither fixed, prescribed nor tied to a rigid
+    body or a facet. After the nodes of bodies come those of cables. The last nodes, without mass,
+    are the vertices of rigid surfaces and the corners of rigid outlines. ties: of nodes to facets,
+    whose corners have their masses. loads: all external actions, including prescribed motions,
+    sorted by kind. gravity (d,) [m/s^2]: final value; starting_gravity: at t = 0, if it rises over
+    a profile. load_names: names of the loads in the scene. start_time [s]: 0, or the start of a
+    step; end_time [s]: the latest end; cycles: pressure cycles of the robot's chamber after which
     the run ends, or None. time_increment: the user's step [s], or None for the stable one.
-    friction_memory [s], friction_slip_length [m]: within which the limit of friction on walls and
-    outlines follows the normal force (contact/laws.py). self_contact: None where surfaces do
-    not touch each other; corners: None where walls have none. mass_scaling: None where masses are
-    as they are. relaxation: after the loads' time of a static procedure, or None where inertia is
-    real; settling: before t = 0, or None. passage: what a layout asks, or None; crossing: what is
-    asked of a ground, or None.
+    friction_memory [s], friction_slip_length [m]: time and slip over which the limit of friction on
+    walls and outlines follows the normal force (contact/laws.py). self_contact: None without
+    contact between surfaces; corners: None if walls have none. mass_scaling: None if masses are not
+    scaled. relaxation: after the loads of a static procedure, None in dynamics; settling:
+    relaxation before t = 0, or None. passage, crossing: criteria of a pipe layout and of a ground,
+    or None.
     """
 
     bodies: tuple[Body, ...]
@@ -347,7 +353,7 @@ class Model:
 
     @property
     def dimension(self) -> int:
-        """Coordinates of a node: 2 or 3."""
+        """Number of coordinates of a node: 2 or 3."""
         return self.points.shape[1]
 
     @property
@@ -357,33 +363,33 @@ class Model:
 
     @property
     def regions(self) -> tuple[Region, ...]:
-        """Of all bodies."""
+        """Regions of all bodies."""
         return tuple(region for body in self.bodies for region in body.regions)
 
     @property
     def meshed_count(self) -> int:
-        """Nodes of all bodies."""
+        """Number of nodes of all bodies."""
         return sum(len(b.points) for b in self.bodies)
 
     @property
     def element_count(self) -> int:
-        """Elements of all bodies."""
+        """Number of elements of all bodies."""
         return sum(len(b.cells) for b in self.bodies)
 
     @property
     def corner_count(self) -> int:
-        """Corners of these, each of its own: about how much work they are."""
+        """Number of element nodes, counted per element: a measure of the work."""
         return sum(b.cells.size for b in self.bodies)
 
     @property
     def most_lanes(self) -> int:
-        """Elements in a lane vector with which a CPU is fastest."""
+        """Elements per lane vector with which a CPU is fastest."""
         quads = all(region.has_hourglass_modes for region in self.regions)
         return backend.QUAD_LANES if quads else backend.CPU_LANES
 
     @property
     def added_turning(self) -> float:
-        """Largest share by which mass scaling adds to a body's inertia against turning [-]."""
+        """Largest relative increase of a body's rotational inertia by mass scaling [-]."""
         scaling = self.mass_scaling
         if scaling is None:
             return 0.0
@@ -394,26 +400,27 @@ class Model:
 
     @property
     def wall_contacts(self) -> tuple[ContactData, ...]:
-        """Of all that may touch walls: bodies, then each cable."""
+        """Contact data of all that may touch walls: the bodies, then each cable."""
         return (self.contact, *(cable.contact for cable in self.cables))
 
     @property
     def pressures(self) -> tuple[FollowerPressure, ...]:
-        """Of chambers, in the order of the scene."""
+        """Pressures of chambers, in the order of the scene."""
         return self.of_kind(FollowerPressure)
 
     @property
     def chamber(self) -> FollowerPressure | None:
-        """The pressure of the robot's chamber, if it has one."""
+        """Pressure of the robot's chamber, or None."""
         return next((p for p in self.pressures if p.name == self.robot.chamber), None)
 
     def of_kind(self, kind: type[L]) -> tuple[L, ...]:
-        """The loads of a kind, in the order of the scene."""
+        """Return the loads of a kind, in the order of the scene."""
         return of_kind(self.loads, kind)
 
     def can_share(self, other: "Model") -> bool:
-        """Whether both can be scenarios of one solver. Not those of a static procedure, which ends
-        when it ends.
+        """Return True if both models can be scenarios of one solver.
+
+        Models of a static procedure cannot, because each ends at its own time.
         """
         dynamic = self.relaxation is None and other.relaxation is None
         return dynamic and alike(self, other)

@@ -1,8 +1,8 @@
-"""Nodes of all bodies and the corner forces that force terms write: what every term shares.
+"""Nodes of all bodies, and the element nodal forces that force terms write.
 
 A force term never adds to a node directly. It writes the force on each corner of each of its
-cells into a slot of its own, and each node then sums its slots in a fixed order: no atomics, the
-same bits on every run, and the same text on one core and on a GPU.
+cells to its own slot, and each node then sums its slots in a fixed order: there are no atomics,
+results are the same to the bit on every run, and one source serves a CPU core and a GPU.
 """
 
 from collections.abc import Callable
@@ -19,8 +19,10 @@ PARTS = 64
 
 
 def parts_of(counts: list[int]) -> np.ndarray:
-    """Where each part of each thing's entries starts, `counts` of them one after another, and where
-    the last one ends: (PARTS len(counts) + 1,).
+    """Return the starts of PARTS parts of each of several groups of entries, and the end of the
+    last.
+
+    counts: entries of each group, one after another; the result is (PARTS len(counts) + 1,).
     """
     first = np.cumsum([0, *counts])
     starts = [a + n * np.arange(PARTS) // PARTS for a, n in zip(first[:-1], counts, strict=True)]
@@ -31,9 +33,9 @@ class CornerForces:
     """Slots of corner forces: per component a field (scenarios, slots) [N].
 
     Component by component, because LLVM vectorises the elements' arithmetic back from stores of
-    neighbouring lanes into neighbouring slots: with vectors in the slots it does not at all.
-    Terms reserve slots while the model is built; `allocate` then makes the field and the lists that
-    tell each node its slots.
+    neighbouring lanes into neighbouring slots: with vectors in the slots it does not at all. Terms
+    reserve slots while the model is built; `allocate` then creates the fields and the lists of
+    slots of each node.
     """
 
     def __init__(self, dimension: int) -> None:
@@ -44,9 +46,9 @@ class CornerForces:
     def reserve(self, owners: np.ndarray) -> int:
         """Reserve a slot for each entry of `owners`: the node it acts on, -1 for none.
 
-        Returns the number of the first slot; they follow each other as the entries do. Kernels have
-        it as a constant, as LLVM vectorises nothing else, so that it must not hang on the mesh: the
-        number of slots is rounded up.
+        Returns the number of the first slot; the slots are in the order of the entries. It is a
+        constant in kernels, as LLVM vectorises nothing else, and must not depend on the mesh, so
+        the number of slots is rounded up.
         """
         first, spare = self.count, rounded(owners.size) - owners.size
         self._owners.append(np.pad(owners.ravel(), (0, spare), constant_values=-1))
@@ -54,7 +56,7 @@ class CornerForces:
         return first
 
     def allocate(self, scenarios: int, node_count: int) -> None:
-        """Make the fields, and the lists that tell each node its slots."""
+        """Create the fields, and the lists of slots of each node."""
         pad_entry = self.reserve(np.array([-1]))
         zeros = np.zeros((scenarios, self.count))
         self.component = [real_field(zeros) for _ in range(self.dimension)]
@@ -63,7 +65,7 @@ class CornerForces:
 
     @ti.func
     def total(self, s, b):
-        """Sum of the forces (d, lanes) in the slots of each node of block b."""
+        """Return the sum of the forces (d, lanes) in the slots of each node of block b."""
         force = ti.Matrix.zero(backend.real, self.dimension, ti.static(backend.lanes()))
         for row in range(self.of_node.start[b], self.of_node.start[b + 1]):
             for lane in ti.static(range(backend.lanes())):
@@ -74,7 +76,7 @@ class CornerForces:
 
     @ti.func
     def read(self, s, slot):
-        """Force in a slot."""
+        """Return the force in a slot."""
         force = ti.Vector.zero(backend.real, self.dimension)
         for k in ti.static(range(self.dimension)):
             force[k] = self.component[k][s, slot]
@@ -82,7 +84,7 @@ class CornerForces:
 
     @ti.func
     def on_node(self, s, b, lane):
-        """Sum of the forces in the slots of one node, which is at this place (NodeLists)."""
+        """Return the sum of the forces in the slots of the node at block b and lane (NodeLists)."""
         force = ti.Vector.zero(backend.real, self.dimension)
         for row in range(self.of_node.start[b], self.of_node.start[b + 1]):
             force += self.read(s, self.of_node.entry[row, lane])
@@ -90,17 +92,17 @@ class CornerForces:
 
     @ti.func
     def write(self, s, slot, force):
-        """Put a force into a slot."""
+        """Write a force to a slot."""
         for k in ti.static(range(self.dimension)):
             self.component[k][s, slot] = force[k]
 
 
 class NodeLists:
-    """Which entries belong to each node, `lanes` nodes side by side.
+    """Lists of the entries of each node, in blocks of `lanes` nodes.
 
-    The nodes of a block sum their entries in lock step, padded by the entry `pad_entry`. So that
-    little is padded, nodes are sorted by their number of entries within windows of `WINDOW`
-    neighbours; a loop that ends elsewhere for each node would mispredict once a node.
+    The nodes of a block sum their entries in lock step, padded by the entry `pad_entry`. To limit
+    padding, nodes are sorted by their number of entries within windows of `WINDOW` neighbours; a
+    loop of a different length for each node would cost a branch misprediction per node.
 
     Block b has the nodes node[b, lane], -1 in spare lanes at the end; its rows of entry[row, lane]
     are start[b] .. start[b + 1].
@@ -111,7 +113,7 @@ class NodeLists:
     def __init__(
         self, owner: np.ndarray, entry: np.ndarray, node_count: int, pad_entry: int
     ) -> None:
-        """Node owner[k] (-1: none) gets entry[k]; `pad_entry` is one whose value is zero."""
+        """Assign entry[k] to node owner[k] (-1: none); `pad_entry`: one with the value zero."""
         lanes, self.lane = backend.lanes(), backend.lane_vector()
         order = np.argsort(owner, kind="stable")
         first = np.searchsorted(owner[order], np.arange(node_count))
@@ -134,7 +136,7 @@ class NodeLists:
 
     @ti.func
     def sum(self, values: ti.template(), s, b):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Sum of values[s, entry] over the entries of each node of block b."""
+        """Return the sum of values[s, entry] over the entries of each node of block b."""
         total = self.lane(0.0)
         for row in range(self.start[b], self.start[b + 1]):
             part = self.lane(0.0)
@@ -144,19 +146,19 @@ class NodeLists:
         return total
 
     def place_of(self, nodes: np.ndarray) -> np.ndarray:
-        """Block and lane (k, 2) of each of these nodes (k,)."""
+        """Return block and lane (k, 2) of each of these nodes (k,)."""
         listed = self.member.ravel()
         found = np.empty(listed.max() + 1, dtype=int)
         found[listed[listed >= 0]] = np.flatnonzero(listed >= 0)
         return np.stack(np.divmod(found[nodes], self.member.shape[1]), axis=1)
 
     def by_block(self, values: np.ndarray) -> np.ndarray:
-        """Per-node values (n,) in the order of the blocks, zero in spare lanes."""
+        """Return nodal values (n,) in the order of the blocks, zero in spare lanes."""
         return np.where(self.member >= 0, values[self.member], 0.0).ravel()
 
 
 def by_lane(corners: np.ndarray) -> np.ndarray:
-    """Corner lists (cells, corners), whole lane vectors of cells: (blocks, corners, lanes)."""
+    """Return corner lists (cells, corners) of whole lane vectors as (blocks, corners, lanes)."""
     lanes = backend.lanes()
     return np.ascontiguousarray(
         corners.reshape(-1, lanes, corners.shape[1]).transpose(0, 2, 1), dtype=np.int32
@@ -169,11 +171,11 @@ class Nodes:
     Parameters
     ----------
     position, velocity: (scenarios, nodes, d). mass: (nodes,) [kg].
-    is_free: (nodes, d), whether a component follows its own force: not where it is fixed,
-        prescribed or tied to a rigid body.
-    gravity: (scenarios, d) [m/s^2], of this moment: loads/gravity.py may change it.
-    local_damping: share of the unbalanced force that resists the motion now, see `resistance`
-        (scenarios,) [-]. relaxes: whether there ever is any.
+    is_free: (nodes, d), True for components that follow their own force, that is neither fixed,
+        prescribed nor tied to a rigid body.
+    gravity: (scenarios, d) [m/s^2], current value: loads/gravity.py may change it.
+    local_damping: current fraction of the unbalanced force that resists the motion, see
+        `resistance` (scenarios,) [-]. relaxes: True if there is ever any.
 
     Fields, (scenarios, nodes): position [m], velocity [m/s] (half a step behind `position` while
     forces are computed), force [N] (the last one summed), damping_work [J].
@@ -206,7 +208,7 @@ class Nodes:
         self.corner_forces = CornerForces(self.dimension)
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
+        """Return the fields that a checkpoint stores."""
         kept = {
             "position": self.position,
             "velocity": self.velocity,
@@ -218,18 +220,18 @@ class Nodes:
         return kept
 
     def kicks(self) -> list[tuple[int, Callable[..., None]]]:
-        """What a kick does, one after another: of how many indices, and at each (s, i, t, dt)."""
+        """Return the functions (s, i, t, dt) of a kick in order, with their numbers of indices."""
         return [(int(self.corner_forces.of_node.blocks), self.kick)]
 
     @ti.func
     def drift(self, s, a, t, dt):
-        """x(n+1) = x(n) + dt v(n+1/2)."""
+        """Update x(n+1) = x(n) + dt v(n+1/2)."""
         self.position[s, a] = self.position[s, a] + dt * self.velocity[s, a]
 
     @ti.func
     def kick(self, s, b, t, dt):
-        """v(n+3/2) = v(n+1/2) + dt (f / m + g) of the nodes of a block, f the sum of each node's
-        corner forces.
+        """Update v(n+3/2) = v(n+1/2) + dt (f / m + g) of the nodes of a block, f the sum of each
+        node's slots.
         """
         force = self.corner_forces.total(s, b)
         for lane in range(ti.static(backend.lanes())):  # unrolled it is traced eight times
@@ -241,12 +243,12 @@ class Nodes:
 
     @ti.func
     def take_force(self, s, a, t, dt):
-        """The force on a node is there, perhaps not yet that on others."""
+        """Process the complete force on node `a`; forces on other nodes may still be pending."""
         self.accelerate(s, a, t, dt)
 
     @ti.func
     def accelerate(self, s, a, t, dt):
-        """v += dt (f / m + g) with the last force, against local damping where there is any."""
+        """Update v += dt (f / m + g) with the last force, and with local damping if any."""
         if ti.static(self.relaxes):
             self.shift_damped(s, a, dt)
         else:
@@ -254,22 +256,22 @@ class Nodes:
 
     @ti.func
     def nodal_acceleration(self, s, a):
-        """f / m + g of the last force, by the node's own mass, zero in fixed components [m/s^2]."""
+        """Return f / m + g [m/s^2] of the last force and nodal mass, zero in fixed components."""
         return self.inverse_mass[a] * (self.force[s, a] + self.mass[a] * self.gravity[s])
 
     @ti.func
     def acceleration(self, s, a):
-        """Of the last force without local damping [m/s^2]."""
+        """Return the acceleration by the last force without local damping [m/s^2]."""
         return self.nodal_acceleration(s, a)
 
     @ti.func
     def shift(self, s, a, t, dt):
-        """v += dt times the acceleration of the last force."""
+        """Update v += dt times the acceleration by the last force."""
         self.velocity[s, a] = self.velocity[s, a] + dt * self.acceleration(s, a)
 
     @ti.func
     def resistance(self, s, acceleration, velocity):
-        """Share of an unbalanced force that resists the motion, over the mass [m/s^2].
+        """Return the deceleration by local damping, a fraction of the unbalanced force [m/s^2].
 
         Dynamic relaxation by local damping (Cundall 1987, in Analytical and Computational Methods
         in Engineering Rock Mechanics, ch. 4): f_d = -share |f| sign(v), component by component. It
@@ -279,12 +281,12 @@ class Nodes:
 
     @ti.func
     def damping(self, s, a):
-        """Local damping of a node, over its mass [m/s^2]."""
+        """Return the local damping force of a node over its mass [m/s^2]."""
         return self.resistance(s, self.nodal_acceleration(s, a), self.velocity[s, a])
 
     @ti.func
     def shift_damped(self, s, a, dt):
-        """As `shift`, against local damping, whose work is booked."""
+        """Update v as `shift` with local damping, and add its work to the energy balance."""
         before, damping = self.velocity[s, a], self.damping(s, a)
         after = before + dt * (self.acceleration(s, a) - damping)
         self.velocity[s, a] = after
@@ -294,12 +296,12 @@ class Nodes:
 
     @ti.func
     def present_velocity(self, s, a, dt):
-        """At the time of the positions: half a kick of dt less."""
+        """Return the velocity at the time of the positions: half a kick of dt less."""
         return self.velocity[s, a] - 0.5 * dt * self.acceleration(s, a)
 
     @ti.func
     def kinetic_energy(self, s, dt, part):
-        """Of the free components [J], at the time of their positions."""
+        """Return the kinetic energy of the free components [J] at the time of their positions."""
         energy = ti.cast(0.0, backend.real)
         for a in range(self.count.first(part), self.count.first(part + 1)):
             v = self.present_velocity(s, a, dt)
@@ -310,12 +312,12 @@ class Nodes:
 
     @ti.func
     def added_kinetic_energy(self, s, dt, part):
-        """Of inertia beside the nodes' masses [J]."""
+        """Return the kinetic energy [J] of inertia in addition to the nodal masses."""
         return ti.cast(0.0, backend.real)
 
     @ti.func
     def weight_work(self, s, part):
-        """Work of the free components' weight since the start [J]."""
+        """Return the work of the free components' weight since the start [J]."""
         work = ti.cast(0.0, backend.real)
         for a in range(self.count.first(part), self.count.first(part + 1)):
             moved = self.position[s, a] - self.rest[a]
@@ -326,7 +328,7 @@ class Nodes:
 
     @ti.func
     def damped_energy(self, s, part):
-        """Taken out by local damping so far [J]."""
+        """Return the energy dissipated by local damping so far [J]."""
         energy = ti.cast(0.0, backend.real)
         for a in range(self.count.first(part), self.count.first(part + 1)):
             energy += self.damping_work[s, a]

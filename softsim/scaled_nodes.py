@@ -1,6 +1,7 @@
-"""Nodes whose motion within groups is slowed: mass_scaling.py in kernels.
+"""Nodes with selective mass scaling: kernels of mass_scaling.py.
 
-A kick sums the forces on all nodes, then finds what each group holds back, then moves velocities.
+A kick sums the forces on all nodes, then computes the correction of each group, then updates
+velocities.
 """
 
 from collections.abc import Callable
@@ -16,10 +17,10 @@ from softsim.nodes import Nodes
 
 
 class ScaledNodes(Nodes):
-    """Nodes in groups; a node of no group is one alone. More as `Nodes` takes it.
+    """Nodes in groups; a node without a group is its own group. more: arguments of `Nodes`.
 
-    Fields, (scenarios, nodes): lag [m/s^2], what mass scaling takes from the acceleration, drag
-    [m/s^2], local damping.
+    Fields, (scenarios, nodes): lag [m/s^2], reduction of the acceleration by mass scaling; drag
+    [m/s^2], local damping over mass.
     """
 
     def __init__(self, scaling: MassScaling, *more: Any) -> None:
@@ -35,21 +36,20 @@ class ScaledNodes(Nodes):
         self.lag, self.drag = vector_field(at_rest), vector_field(at_rest)
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
         return super().state_fields() | {"lag": self.lag, "drag": self.drag}
 
     def kicks(self) -> list[tuple[int, Callable[..., None]]]:
-        """Forces, what groups hold back, velocities."""
+        """Return the functions for forces, corrections of groups, and velocities."""
         back, forward = (int(self.groups), self.hold_back), (int(self.count), self.accelerate)
         return [*super().kicks(), back, forward]
 
     @ti.func
     def take_force(self, s, a, t, dt):
-        """Nothing moves before the forces on all of its group are there."""
+        """Do nothing: velocities change once the forces on all nodes of a group are complete."""
 
     @ti.func
     def hold_back(self, s, g, t, dt):
-        """What mass scaling takes from the accelerations of the nodes of group g, see
+        """Compute the reduction of the accelerations in group g by mass scaling, see
         mass_scaling.py.
         """
         if ti.static(self.relaxes):
@@ -63,7 +63,7 @@ class ScaledNodes(Nodes):
 
     @ti.func
     def driven(self, s, a):
-        """f / m + g of the last force, less what local damping takes of it [m/s^2]."""
+        """Return f / m + g of the last force, less local damping [m/s^2]."""
         result = self.nodal_acceleration(s, a)
         if ti.static(self.relaxes):
             result -= self.drag[s, a]
@@ -71,9 +71,11 @@ class ScaledNodes(Nodes):
 
     @ti.func
     def resist(self, s, g):
-        """Local damping of a group: of its motion as a whole by the force on the whole of it, of
-        motion within it by the rest. Forces within a group, which are slow to balance, would else
-        hold back all of it.
+        """Compute the local damping of a group.
+
+        The mean motion is damped by the resultant force on the group, the motion within it by the
+        remaining forces. Otherwise forces within a group, which are slow to balance, would damp the
+        motion of the whole group.
         """
         force = ti.Vector.zero(backend.real, self.dimension)
         speed, mean = force, force
@@ -92,17 +94,15 @@ class ScaledNodes(Nodes):
 
     @ti.func
     def acceleration(self, s, a):
-        """Of the last force without local damping [m/s^2]."""
         return self.nodal_acceleration(s, a) - self.lag[s, a]
 
     @ti.func
     def damping(self, s, a):
-        """Local damping of a node, over its mass [m/s^2]."""
         return self.drag[s, a]
 
     @ti.func
     def added_kinetic_energy(self, s, dt, part):
-        """What mass scaling adds to it [J]: of the motion within groups."""
+        """Return the kinetic energy [J] that mass scaling adds, of motion within groups."""
         energy = ti.cast(0.0, backend.real)
         for g in range(self.groups.first(part), self.groups.first(part + 1)):
             mean = ti.Vector.zero(backend.real, self.dimension)

@@ -1,7 +1,7 @@
-"""Which data a scenario has for itself, and which it shares with the others of one structure.
+"""Per-scenario and shared data of a batch of scenarios.
 
 A solver takes mesh, masses, materials, contact stiffnesses and the places of loads from the first
-of its models. Of a dataclass field of a type `Own[...]` it keeps one for each scenario.
+of its models. Dataclass fields of a type `Own[...]` are stored for each scenario.
 """
 
 from dataclasses import Field, fields, is_dataclass
@@ -14,11 +14,11 @@ T = TypeVar("T")
 OWN = "own"
 
 Own = Annotated[T, OWN]
-"""The type of what each scenario has for itself."""
+"""Type of per-scenario data."""
 
 
 def alike(one: Any, other: Any) -> bool:
-    """Whether two parts of models differ in nothing but what each scenario has for itself."""
+    """Return True if two parts of models are equal except for per-scenario data."""
     if type(one) is not type(other):
         return False
     if isinstance(one, np.ndarray):
@@ -32,16 +32,16 @@ def alike(one: Any, other: Any) -> bool:
 
 
 def is_own(field: Field[Any]) -> bool:
-    """Whether each scenario has a dataclass field for itself."""
+    """Return True if a dataclass field is per-scenario data."""
     return get_origin(field.type) is Annotated and OWN in get_args(field.type)
 
 
 def compiles_alike(one: Any, other: Any) -> bool:
     """Return True if kernels that were compiled for one object of a solver serve the other as well.
 
-    A kernel holds as constants the numbers, texts and lengths of lists that it has read from
-    objects of the solver; these must be equal. Fields are read when it runs, arrays by Python
-    alone. Dataclasses are parts of models, of which kernels hold only what scenarios share.
+    Numbers, texts and lengths of lists that a kernel reads from objects of the solver are compiled
+    into it as constants; these must be equal. Fields are read at run time, arrays in Python only.
+    Dataclasses are parts of models, of which kernels contain only the shared data.
     """
     return _compiles_alike(one, other, set())
 

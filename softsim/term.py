@@ -1,8 +1,8 @@
-"""A term: whatever exerts force, as the solver meets it.
+"""Interface of force terms.
 
-The solver asks all terms the same: the passes of an increment, the fields that a checkpoint keeps,
-energies and work, what the history reads. Term answers each with nothing; a term overrides what it
-has.
+The solver calls the same methods of all terms: for the passes of an increment, the fields of a
+checkpoint, energies and work, and columns of the history. The defaults of Term are empty; a term
+overrides those that apply to it.
 
 A class whose functions (ti.func) kernels call is a plain class. ti.data_oriented is for those that
 have kernels of their own: each look at an attribute of such an object takes a microsecond.
@@ -20,8 +20,10 @@ from softsim.fields import Number, real_field
 
 
 class Stage(IntEnum):
-    """When a pass runs. Passes of a stage do not need each other's results and may run side by
-    side; each stage begins where the one before has ended.
+    """Stage of an increment in which a pass runs.
+
+    Passes of a stage do not depend on each other and may run in parallel; each stage begins when
+    the previous one has ended.
     """
 
     STEER = 0  # velocities that are prescribed; then everything drifts
@@ -38,9 +40,9 @@ class Stage(IntEnum):
 
 @dataclass(frozen=True)
 class Pass:
-    """Work on `count` indices: each of `functions` (s, i, t, dt), in order; `phase` names its cost.
+    """Calls of `functions` (s, i, t, dt) in order on `count` indices; `phase` names it in timings.
 
-    What a function reads from an earlier one of its pass, it reads at its own index.
+    A function may read results of earlier functions of its pass only at its own index.
     """
 
     phase: str
@@ -49,75 +51,74 @@ class Pass:
 
 
 class Term:
-    """What exerts force."""
+    """Base class of force terms."""
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
+        """Return the passes of an increment by stage."""
         return {}
 
     def pulls(self) -> list[Callable[..., None]]:
-        """Functions (s, i, t, dt) that add to the loads on rigid bodies, in stage MOVE, one after
-        another.
+        """Return functions (s, i, t, dt) that add to the loads on rigid bodies, called one after
+        another in stage MOVE.
         """
         return []
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
+        """Return the fields that a checkpoint stores."""
         return {}
 
     def set_time_increment(self, scenario: int, dt: float) -> None:
-        """Take the time step [s] of a scenario; infinite: what relaxes has relaxed."""
+        """Set the time step [s] of a scenario; infinite: all relaxation is complete."""
 
     def forget_work(self) -> None:
-        """Begin the books of work anew."""
+        """Reset the work of all scenarios."""
 
     def forget_dissipation(self, scenario: int) -> None:
-        """Begin the books of dissipation anew in a scenario."""
+        """Reset the dissipated energy of a scenario."""
 
     def impulses(self) -> list[ti.Field]:
-        """Fields (scenarios, ...) that are summed over the interval between two rows of the
-        history, and begin anew with each.
+        """Return fields (scenarios, ...) that are summed over the interval between two rows of the
+        history and cleared after each row.
         """
         return []
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
-        """Columns of the history now, `interval` [s] after impulses were cleared."""
+        """Return the current history columns, `interval` [s] after impulses were cleared."""
         return {}
 
     @ti.func
     def stored_energy(self, s, part):
-        """Of springs and materials [J]: what a part of the sum has (`Number.first`, `once`)."""
+        """Return a part of the sum of the energy of springs and materials [J] (`Number.first`,
+        `once`).
+        """
         return ti.cast(0.0, backend.real)
 
     @ti.func
     def dissipated_energy(self, s, part):
-        """Dissipated so far by friction, and by viscosity and damping [J]."""
+        """Return the energies dissipated so far by friction, and by viscosity and damping [J]."""
         return ti.Vector([0.0, 0.0])
 
     @ti.func
     def work_done(self, s, dt, part):
-        """Work on the bodies so far [J], up to the time of their positions."""
+        """Return the work on the bodies so far [J], up to the time of their positions."""
         return ti.cast(0.0, backend.real)
 
 
 class WorkingTerm(Term):
-    """A term that books the `work` (scenarios, count) [J] of its own forces, index by index."""
+    """Force term that records the `work` (scenarios, count) [J] of its forces for each index."""
 
     def __init__(self, scenarios: int, count: int) -> None:
         self.count = Number(count)
         self.work = real_field(np.zeros((scenarios, count)))
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
         return {"work": self.work}
 
     def forget_work(self) -> None:
-        """No work is done before the first increment."""
         fields.write(self.work, 0.0)
 
     @ti.func
     def work_done(self, s, dt, part):
-        """Work so far [J]."""
         total = ti.cast(0.0, backend.real)
         for i in range(self.count.first(part), self.count.first(part + 1)):
             total += self.work[s, i]

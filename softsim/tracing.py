@@ -1,11 +1,10 @@
-"""Taichi's reading of Python sources, remembered or left out: more than a third of the time until
-kernels run.
+"""Caching of Taichi's source look-ups, which take over a third of the time until kernels run.
 
-For every call in a kernel Taichi looks up the source of the function again and lays out its lines,
-which stay the same while a process runs. For every expression it draws the line it stands in, in
-case there is an error to point at: here only once there is one. For every field it draws the whole
-stack of calls, in case the field is used before it has memory; all fields are made in one place,
-which an error of that kind need not show. The names changed here are private to Taichi 1.7.4, the
+For every call in a kernel Taichi looks up the source of the function again and formats its lines,
+which do not change while a process runs. For every expression it formats the source line for
+possible error messages: here only once there is an error. For every field it formats the whole call
+stack, for an error message if the field is used before it has memory; all fields are allocated in
+one place, so that message is not needed. The names changed here are private to Taichi 1.7.4, the
 only version this package works with.
 """
 
@@ -20,7 +19,7 @@ from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
 
 
 def remember_sources() -> None:
-    """Let Taichi look up each source once a process, and draw lines and stacks for errors only."""
+    """Make Taichi look up each source once per process and format source lines only for errors."""
     impl.get_traceback = snode.get_traceback = no_traceback
     kernel_impl.getsourcefile = cache(kernel_impl.getsourcefile)
     kernel_impl.getsourcelines = cache(kernel_impl.getsourcelines)
@@ -35,5 +34,5 @@ def remember_sources() -> None:
 
 
 def no_traceback(stacklevel: int = 1) -> str:
-    """What a field knows of the place where it was made: nothing."""
+    """Return an empty text in place of the call stack of a field's creation."""
     return ""

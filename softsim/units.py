@@ -1,7 +1,8 @@
-"""Quantities as people write them, "36 mm", as SI floats, and back; the only user of pint.
+"""Conversion between texts such as "36 mm" and SI floats.
 
-Angles are a dimension of their own here, so that a frequency never turns into an angular velocity
-unnoticed: "192 Hz" stays 192, and "192 rpm" where a frequency is due are 192/60 turns a second.
+This is the only module that uses pint. Angles are a dimension of their own, so that a frequency is
+never converted to an angular velocity implicitly: "192 Hz" is 192, and "192 rpm" as a frequency is
+192/60 turns per second.
 """
 
 import difflib
@@ -67,7 +68,7 @@ FACTOR = re.compile(
 
 @dataclass(frozen=True)
 class Kind:
-    """What an SI unit measures, with its article; how people write one; units to show it in."""
+    """Kind of quantity of an SI unit: its name with article, an example, and units for display."""
 
     name: str
     example: str
@@ -110,7 +111,7 @@ TURNING: Dimension = frozenset({("[angle]", 1), ("[time]", -1)})
 
 
 def parse(text: str, unit: str) -> float:
-    """The quantity in `text`, such as "36 mm", in the SI unit `unit`, a key of `KINDS`.
+    """Return the quantity in `text`, such as "36 mm", in the SI unit `unit`, a key of `KINDS`.
 
     Raises
     ------
@@ -134,7 +135,7 @@ def parse(text: str, unit: str) -> float:
 
 
 def unit_of(text: str) -> str:
-    """The unit in a text that `parse` accepts: "mm" of "36 mm"."""
+    """Return the unit in a text that `parse` accepts: "mm" of "36 mm"."""
     match = QUANTITY.fullmatch(text)
     if match is None:
         raise ValueError(f"{text!r} is not a quantity")
@@ -142,7 +143,10 @@ def unit_of(text: str) -> str:
 
 
 def number_in(text: str, unit: str, si: str) -> float:
-    """The number of a quantity that `parse` accepts as `si`, in `unit`: 0.2 of "200 Pa" in kPa."""
+    """Return the number of a quantity, which `parse` accepts as `si`, in `unit`.
+
+    The result is 0.2 for "200 Pa" in kPa.
+    """
     match = QUANTITY.fullmatch(text)
     if match is None:
         raise ValueError(f"{text!r} is not a quantity")
@@ -150,7 +154,7 @@ def number_in(text: str, unit: str, si: str) -> float:
 
 
 def size_of(unit: str, si: str) -> float:
-    """What one `unit` is in `si`, a key of `KINDS`: 0.001 for "mm" in "m".
+    """Return the size of one `unit` in `si`, a key of `KINDS`: 0.001 for "mm" in "m".
 
     Raises
     ------
@@ -160,12 +164,15 @@ def size_of(unit: str, si: str) -> float:
 
 
 def usual_unit(si: str) -> str:
-    """The unit in which people mostly write what is `si` in SI: "mm" for "m"."""
+    """Return the usual unit of quantities that are `si` in SI: "mm" for "m"."""
     return KINDS[si].example.split(" ", 1)[1]
 
 
 def format_quantity(value: float, unit: str) -> str:
-    """`value`, in the SI unit `unit`, for people, with six digits: 0.036 in "m" gives "36 mm"."""
+    """Return `value`, in the SI unit `unit`, as a text with six digits.
+
+    For example, 0.036 in "m" gives "36 mm".
+    """
     shown = [(name, float(_factor(name, unit))) for name in KINDS[unit].shown_in]
     # a value that rounds to 1 of a unit is shown in it: 0.99999999 m as "1 m", not "1000 mm"
     fitting = [one for one in shown if abs(value) >= (1.0 - 5e-7) * one[1]]
@@ -175,7 +182,7 @@ def format_quantity(value: float, unit: str) -> str:
 
 @lru_cache(maxsize=1024)
 def _factor(expression: str, unit: str) -> Decimal:
-    """What one `expression` is in `unit`; ValueError where they measure different things."""
+    """Return the size of one `expression` in `unit`; raise ValueError if dimensions differ."""
     scale, dimension = _measure(expression)
     due_scale, due = _measure(unit)
     if due == FREQUENCY and dimension == TURNING:
@@ -191,7 +198,7 @@ def _factor(expression: str, unit: str) -> Decimal:
 
 @lru_cache(maxsize=1024)
 def _measure(expression: str) -> tuple[Decimal, Dimension]:
-    """Scale to base units and dimension of a product of powers of units."""
+    """Return the scale to base units and the dimension of a product of powers of units."""
     scale, powers, position = Decimal(1), Counter[str](), 0
     plain = expression.translate({ord("²"): "2", ord("³"): "3"})
     while position < len(plain):
@@ -208,7 +215,7 @@ def _measure(expression: str) -> tuple[Decimal, Dimension]:
 
 
 def _named_unit(name: str) -> tuple[Decimal, Dimension]:
-    """Scale and dimension of one unit with its prefix; ValueError for an unknown one."""
+    """Return scale and dimension of a unit with its prefix; raise ValueError if unknown."""
     from pint.errors import UndefinedUnitError
 
     try:

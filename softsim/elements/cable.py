@@ -73,14 +73,14 @@ class Cable:
         return edges / lengths[:, None], lengths
 
     def folding(self, x: np.ndarray) -> np.ndarray:
-        """Return tan^2(theta / 2) (k - 2,) of each joint, with the model's nodes at x (n, d) [m]."""
+        """Return tan^2(theta / 2) (k - 2,) of each joint with the model's nodes at x (n, d) [m]."""
         t, _ = self.tangents(x)
         apart, along = t[1:] - t[:-1], t[1:] + t[:-1]
         return np.asarray((apart**2).sum(axis=1) / (along**2).sum(axis=1))
 
 
 class CableTerm(Term):
-    """Force term of a cable. tension_impulse (scenarios,) [N s]: of its gauge, since last cleared."""
+    """Force term of a cable. tension_impulse (scenarios,) [N s]: of its gauge since last reset."""
 
     def __init__(self, nodes: Nodes, cable: Cable) -> None:
         self.nodes, self.column = nodes, next(iter(cable.columns))

@@ -116,7 +116,7 @@ class Geometry(ABC):
         return self == other
 
     def pressed(self, facets: np.ndarray, first_node: int) -> np.ndarray:
-        """Return the nodes (k, corners) that a pressure on facets acts on; first_node: the body's."""
+        """Return the nodes (k, corners) loaded by a pressure on facets; first_node: the body's."""
         return facets
 
     @abstractmethod

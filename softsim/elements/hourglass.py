@@ -281,5 +281,5 @@ class HourglassElements(OnePointElements):
 
     @ti.func
     def hourglass_dissipation(self, s, part):
-        """Return the energy dissipated by the Maxwell branches of the hourglass modes so far [J]."""
+        """Return the energy dissipated by the branches of the hourglass modes so far [J]."""
         return self.springs.dissipated_energy(s, part)

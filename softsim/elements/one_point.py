@@ -128,7 +128,7 @@ class OnePointElements(Term):
 
     @ti.func
     def stress(self, s, b):
-        """Return V S with S = J^(-2/3) (M - (C : M) / 3 C^-1) + p J C^-1, M of `fictitious_stress`."""
+        """Return V S, S = J^(-2/3) (M - (C : M) / 3 C^-1) + p J C^-1, M of `fictitious_stress`."""
         C, J = self.stretch(s, b)
         r = inverse_cube_root(J)
         r2 = r * r

@@ -115,7 +115,7 @@ class RingSection(Geometry):
         return isinstance(other, RingSection) and other.opposite is self.opposite
 
     def depths(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Return the depth (m, corners) [m]: sector r of rings (Pappus), the thickness of others."""
+        """Return the depth (m, corners) [m]: sector r of rings (Pappus), thickness of others."""
         radius = 0.5 * self.hoop.diameters(points, cells)
         return np.where(self.is_ring[:, None], self.sector * radius, self.thickness)
 

@@ -1,14 +1,14 @@
 """Constants of a law from a uniaxial tensile test, by least squares.
 
-The stress that is fitted is the nominal one of the incompressible solid (materials/modes.py), at
-l = 1 + strain. Where it is linear in the constants of a law the best ones are found without a start
-value; else from several, of which the best result is taken.
+The fit is to the nominal stress of the incompressible solid (materials/modes.py) at l = 1 + strain.
+Where it is linear in the constants of a law, no start values are needed; otherwise the best result
+of several starts is taken.
 
-The toe. A strain taken from the crosshead's travel has 1 to 2 % of slack in it, seen as a curve
-that starts late. It is not taken out: the initial tangent of the reference curves (Dragon Skin,
+Toe region: a strain from the crosshead displacement includes 1 to 2 % of slack, visible as a curve
+that starts late. It is not corrected: the initial tangent of the reference curves (Dragon Skin,
 Ecoflex) meets the axis at a strain of 0 to 5 %, depending on the window it is drawn through, so
-it does not tell the slack. Points below `min_strain` are left out instead, since their relative
-error is the toe's. What remains: for each 1 % of slack C10 comes out 1 to 3 % too small.
+it does not determine the slack. Instead, points below `min_strain` are left out, since their
+relative error is that of the toe. For each 1 % of slack C10 is 1 to 3 % too small.
 """
 
 from dataclasses import dataclass
@@ -25,15 +25,15 @@ MIN_STRAIN = 0.1
 """Strain below which a test from crosshead travel shows its slack rather than its material."""
 
 SPAN = (1e-6, 1e2)
-"""Constants that are found from a start, over those of the start."""
+"""Bounds of the fitted constants as multiples of the start values."""
 
 FEWEST_POINTS = 8
-"""Points that a fit needs: with fewer, the residual says nothing."""
+"""Minimum number of points of a fit, so that the residual is meaningful."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A law fitted to a test, and how well.
+    """Law fitted to a test, with the quality of the fit.
 
     law: with its constants [Pa]; min_strain, max_strain: engineering strains [-] of the range, and
     points: measured in it; residual: root mean square [Pa] over the strain; relative_residual: that
@@ -63,8 +63,8 @@ def fit_law(
 
     law: a value of `LAWS`; terms: how many of its terms are fitted, the later ones stay 0; None for
     all. A Yeoh law of two terms is often the better choice: the third one of a silicone tends to be
-    negative, and makes the stress fall beyond the range.
-    Each point counts by the strain it stands for, so that a densely sampled part has no more say.
+    negative, and makes the stress fall beyond the range. Each point is weighted by the strain
+    interval it represents, so that the density of the samples has no effect.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def fit_law(
 
 
 def _fitted_linearly(law: type[Law], terms: int, test: TensileTest, weight: np.ndarray) -> Law:
-    """The best of a law whose stress is linear in its constants; weight (points,): of squares."""
+    """Return the best fit of a law with stress linear in its constants; weight (points,)."""
     units = [law.of_constants(unit) for unit in np.eye(terms).tolist()]
     columns = np.stack([UNIAXIAL.nominal_stress(unit, 1.0 + test.strain) for unit in units], axis=1)
     # The columns differ by powers of I1 - 3: of a common size, none is lost to rounding.
@@ -119,7 +119,7 @@ def _fitted_linearly(law: type[Law], terms: int, test: TensileTest, weight: np.n
 def _fitted_from(
     law: type[Law], starts: list[tuple[float, ...]], test: TensileTest, weight: np.ndarray
 ) -> Law:
-    """The best that is found from these constants, each of which keeps its sign."""
+    """Return the best fit from these start constants, each of which keeps its sign."""
     root = np.sqrt(weight)
 
     def error(relative: np.ndarray, start: np.ndarray) -> np.ndarray:
@@ -142,7 +142,7 @@ def _checked_terms(law: type[Law], terms: int | None) -> int:
 
 
 def _in_range(test: TensileTest, low: float, high: float) -> TensileTest:
-    """The points of first loading that are fitted, or a MaterialError."""
+    """Return the points of first loading in the range, or raise MaterialError."""
     loading = test.first_loading()
     where = f"{test.source or test.title}: between strains of {low:g} and {high:g}"
     inside = (loading.strain > low) & (loading.strain <= high)
@@ -163,7 +163,7 @@ def _in_range(test: TensileTest, low: float, high: float) -> TensileTest:
 
 
 def _strain_shares(strain: np.ndarray) -> np.ndarray:
-    """Share of the range that each point stands for (trapezoidal rule): they add up to 1."""
+    """Return the weight of each point, its fraction of the range (trapezoidal rule); sum 1."""
     steps = np.diff(strain)
     shares = 0.5 * (np.r_[steps, 0.0] + np.r_[0.0, steps])
     return shares / (strain[-1] - strain[0])

@@ -1,7 +1,7 @@
-"""What laws are computed with beyond arithmetic: functions of floats and numpy arrays.
+"""Elementary functions for laws, of floats and numpy arrays.
 
-Kernels have the same of lane vectors (elements/isochoric.py), made from the texts below: their
-arguments carry no annotations, which Taichi would read.
+Kernels use the same functions of lane vectors (elements/isochoric.py), compiled from the texts
+below: their arguments carry no annotations, which Taichi would read.
 """
 
 from typing import Any
@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 CLOSE = 3e-3
-"""Squared stretches that differ by less are taken together: a second divided difference loses
+"""Difference of squared stretches below which a series is used: a second divided difference loses
 eps / CLOSE^2 to rounding, and the series that stands for it CLOSE^5."""
 
 
 class Functions:
-    """Elementary functions, and those of the principal stretches of an isochoric deformation."""
+    """Elementary functions, and functions of the principal stretches of isochoric deformations."""
 
     exp: Any
     log: Any
@@ -29,7 +29,7 @@ class Functions:
     minimum, maximum, where = np.minimum, np.maximum, staticmethod(np.where)
 
     def principal_logarithms(self, I1, I2):
-        """ln c1 >= ln c2 >= ln c3 of the squared principal stretches: the roots of
+        """Return ln c1 >= ln c2 >= ln c3 of the squared principal stretches: the roots of
         c^3 - I1 c^2 + I2 c - 1 = 0, by the angle of its three cosines (Smith 1961, Comm. ACM
         4:168).
         """
@@ -46,11 +46,11 @@ class Functions:
         return u, v, -u - v  # c1 c2 c3 = 1
 
     def power_curvature(self, p, u, v, w):
-        """Second divided difference of c^p between exp u >= exp v >= exp w whose product is 1; half
-        its second derivative where all are equal.
+        """Return the second divided difference of c^p at exp u >= exp v >= exp w with product 1;
+        half the second derivative of c^p where all are equal.
 
-        Of three that are close to their mean, the Taylor series there, in the complete homogeneous
-        polynomials of what they are off by: h1 = 0, h2, h3, h4 = h2^2.
+        Where the three are close to their mean, the Taylor series there is used, in the complete
+        homogeneous polynomials of the differences from it: h1 = 0, h2, h3, h4 = h2^2.
         """
         a, b, c = self.exp(u), self.exp(v), self.exp(w)
         mean = (a + b + c) / 3.0
@@ -65,15 +65,15 @@ class Functions:
         return self.where(a - c < CLOSE, near, slopes / self.maximum(a - c, CLOSE))
 
     def power_slope(self, p, u, v):
-        """(a^p - b^p) / (a - b) of a = exp u, b = exp v: with m = sqrt(a b), h = ln(a/b) / 2 it is
-        m^(p-1) sinh(p h) / sinh h.
+        """Return (a^p - b^p) / (a - b) of a = exp u, b = exp v: with m = sqrt(a b), h = ln(a/b) / 2
+        it is m^(p-1) sinh(p h) / sinh h.
         """
         h = 0.5 * (u - v)
         ratio = self.sinh_ratio(p * h) / self.sinh_ratio(h)
         return p * self.exp(0.5 * (p - 1.0) * (u + v)) * ratio
 
     def sinh_ratio(self, x):
-        """sinh x / x, by its series where |x| < 1: to x^14 / 15!."""
+        """Return sinh x / x, by its series where |x| < 1: to x^14 / 15!."""
         s = x * x
         series = 1.0 + s / 6.0 * (1.0 + s / 20.0 * (1.0 + s / 42.0 * (1.0 + s / 72.0 * (
             1.0 + s / 110.0 * (1.0 + s / 156.0 * (1.0 + s / 210.0))))))  # fmt: skip

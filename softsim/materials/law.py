@@ -1,13 +1,13 @@
-"""What a law is: an isotropic isochoric strain energy, a function of the invariants of C_bar.
+"""Interface of a law: an isotropic isochoric strain energy of the invariants of C_bar.
 
 Every isotropic W(C_bar) with det C_bar = 1 is a function of I1_bar and I2_bar, one in principal
-stretches too. `b`, here and in what uses laws in numpy, are the squared isochoric principal
+stretches too. `b`, here and wherever laws are used in numpy, are the squared isochoric principal
 stretches (..., 3): I1_bar = sum b_k, I2_bar = sum 1/b_k. With W1 = dW/dI1_bar, W2 = dW/dI2_bar,
     tau_k = dW / d ln(stretch k) = 2 W1 dev(b)_k - 2 W2 dev(1/b)_k
 is the deviatoric Kirchhoff stress (Holzapfel 2000, Nonlinear Solid Mechanics, section 6.5).
 
-What kernels take, with the constants as `c`, is written once for floats, numpy arrays and Taichi
-lane vectors, and carries no annotations for that: Taichi would read them.
+The functions that kernels use, with the constants as `c`, are written once for floats, numpy arrays
+and Taichi lane vectors; they carry no annotations, because Taichi would read them.
 """
 
 from abc import ABC, abstractmethod
@@ -19,35 +19,35 @@ import numpy as np
 from softsim.materials.functions import Functions
 
 DEVIATOR = np.eye(3) - 1.0 / 3.0
-"""P: takes the mean from three principal values."""
+"""P: subtracts the mean of three principal values."""
 
 
 class Law(ABC):
-    """A law with its constants, which are fields of the names that scenes know them by."""
+    """Law with its constants, which are fields with the names used in scenes."""
 
     depends_on_I2: ClassVar[bool]
-    """Which of the classes below it is of: kernels are spared I2_bar where they need none."""
+    """True for a TwoInvariantLaw; kernels of other laws do not compute I2_bar."""
     pure_numbers: ClassVar[tuple[str, ...]] = ()
-    """Fields without a unit; the others are in Pa."""
+    """Names of dimensionless fields; the others are in Pa."""
     most_terms: ClassVar[int]
-    """How many terms may be fitted."""
+    """Largest number of terms that can be fitted."""
 
     @classmethod
     def of_constants(cls, constants: Sequence[float]) -> "Law":
-        """The law with these `constants`; those that are left out are zero."""
+        """Return the law with these `constants`; constants that are left out are zero."""
         return cls(*constants)
 
     @classmethod
     def starts(cls, terms: int, modulus: float) -> list[tuple[float, ...]]:
-        """Constants to begin a fit of so many terms from, for an initial shear modulus of about
-        `modulus` [Pa]; none where stress is linear in the constants, which needs no start.
+        """Return start values of a fit of `terms` terms, for an initial shear modulus of about
+        `modulus` [Pa]; none where the stress is linear in the constants.
         """
         return []
 
     @property
     @abstractmethod
     def constants(self) -> tuple[float, ...]:
-        """Passed to the energy density and its derivatives as `c`."""
+        """Constants that the energy density and its derivatives take as `c`."""
 
     @property
     @abstractmethod
@@ -56,37 +56,38 @@ class Law(ABC):
 
     @property
     def initial_stiffening(self) -> float:
-        """What the step of an element alone takes into account beside mu0 [Pa]."""
+        """Additional modulus [Pa] beside mu0 in the stable time step of a single element."""
         return 0.0
 
     @abstractmethod
     def slopes(self, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """W1 and W2 (...,) [Pa]."""
+        """Return W1 and W2 (...,) [Pa]."""
 
     @abstractmethod
     def stiffness(self, b: np.ndarray) -> np.ndarray:
-        """H = d2W / d ln(stretch i) d ln(stretch k) (..., 3, 3) [Pa]."""
+        """Return H = d2W / d ln(stretch i) d ln(stretch k) (..., 3, 3) [Pa]."""
 
     def extra_stress(self, b: np.ndarray) -> np.ndarray:
-        """Principal Kirchhoff stresses (..., 3) [Pa] but for a pressure."""
+        """Return the principal Kirchhoff stresses (..., 3) [Pa] up to a pressure."""
         W1, W2 = self.slopes(b)
         return 2.0 * (W1[..., None] * b - W2[..., None] / b)
 
     def stress(self, b: np.ndarray) -> np.ndarray:
-        """tau_k (..., 3) [Pa]."""
+        """Return the deviatoric principal Kirchhoff stresses tau_k (..., 3) [Pa]."""
         return self.extra_stress(b) @ DEVIATOR
 
     def shear_stiffness(self, b: np.ndarray) -> np.ndarray:
-        """The smallest W1 + W2 b_k (...,) [Pa], (tau_i - tau_j) / (b_i - b_j) / 2: where it is not
-        positive, the greater stretch has not the greater stress (Baker and Ericksen 1954, J. Wash.
-        Acad. Sci. 44:33-35).
+        """Return the smallest W1 + W2 b_k (...,) [Pa], which is (tau_i - tau_j) / (b_i - b_j) / 2.
+
+        Where it is not positive, the greater stretch has not the greater stress (Baker and Ericksen
+        1954, J. Wash. Acad. Sci. 44:33-35).
         """
         W1, W2 = self.slopes(b)
         return (W1[..., None] + W2[..., None] * b).min(axis=-1)
 
 
 class FirstInvariantLaw(Law):
-    """A law W(I1_bar)."""
+    """Law W(I1_bar)."""
 
     depends_on_I2 = False
 
@@ -125,7 +126,7 @@ class FirstInvariantLaw(Law):
 
 
 class TwoInvariantLaw(Law):
-    """A law W(I1_bar, I2_bar); `m`: the `Functions` of the arguments' kind."""
+    """Law W(I1_bar, I2_bar); `m`: the `Functions` of the arguments' kind."""
 
     depends_on_I2 = True
 
@@ -140,12 +141,12 @@ class TwoInvariantLaw(Law):
         """(W1, W2)(I1_bar, I2_bar, c, m) [Pa]."""
 
     def slopes(self, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """W1 and W2."""
+        """Return W1 and W2 (...,) [Pa]."""
         I1_bar, I2_bar = b.sum(axis=-1), (1.0 / b).sum(axis=-1)
         W1, W2 = self.energy_slopes(I1_bar, I2_bar, self.constants, Functions())
         return W1, W2
 
 
 def projected(values: np.ndarray) -> np.ndarray:
-    """P diag(values) P (..., 3, 3) of principal values (..., 3)."""
+    """Return P diag(values) P (..., 3, 3) of principal values (..., 3)."""
     return DEVIATOR @ (values[..., None] * DEVIATOR)

@@ -1,4 +1,4 @@
-"""The laws by the names that scenes and commands know them by."""
+"""Laws by their names in scenes and commands."""
 
 from collections.abc import Mapping
 
@@ -16,7 +16,7 @@ LAWS: Mapping[str, type[Law]] = {
 
 
 def named_law(name: str) -> type[Law]:
-    """The law of this name, or a MaterialError."""
+    """Return the law of this name, or raise MaterialError."""
     if name not in LAWS:
         raise MaterialError(f"there is no law '{name}'", hint=f"one of {', '.join(LAWS)}")
     return LAWS[name]

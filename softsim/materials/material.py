@@ -1,4 +1,4 @@
-"""What a body is made of: an isochoric law, a bulk modulus, Maxwell branches, a density."""
+"""Material of a body: an isochoric law, a bulk modulus, Maxwell branches and a density."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,9 @@ DEFAULT_BULK_RATIO = 20.0
 
 @dataclass(frozen=True)
 class MaxwellBranch:
-    """A spring of shear modulus `shear_modulus` [Pa] behind a dashpot: relaxation time [s]."""
+    """Maxwell branch: a spring of `shear_modulus` [Pa] in series with a dashpot, `relaxation_time`
+    [s].
+    """
 
     shear_modulus: float
     relaxation_time: float
@@ -21,7 +23,7 @@ class MaxwellBranch:
 
 @dataclass(frozen=True)
 class Material:
-    """A nearly incompressible, viscoelastic solid.
+    """Nearly incompressible, viscoelastic solid.
 
     W = law(I1_bar) + (bulk_modulus / 2) (J - 1)^2 + the energy of the Maxwell branches.
     strain_range: largest engineering strain that the law was fitted on, or None.
@@ -43,8 +45,10 @@ class Material:
         return self.law.initial_shear_modulus + sum(b.shear_modulus for b in self.branches)
 
     def storage_modulus(self, frequency: float) -> float:
-        """mu' [Pa] of small vibrations [Hz] about rest: the law's, which is the long-term one, and
-        mu (omega tau)^2 / (1 + (omega tau)^2) of each branch.
+        """Return mu' [Pa] of small vibrations at `frequency` [Hz] about the state at rest.
+
+        It is the long-term modulus, that of the law, plus mu (omega tau)^2 / (1 + (omega tau)^2) of
+        each branch.
         """
         stretched = [(2.0 * np.pi * frequency * b.relaxation_time) ** 2 for b in self.branches]
         return self.law.initial_shear_modulus + sum(
@@ -54,14 +58,14 @@ class Material:
 
     @property
     def impedance(self) -> float:
-        """rho c_d [Pa s/m], the stress of a compression wave over its velocity: at rest, under a
-        sudden load.
+        """Acoustic impedance rho c_d [Pa s/m], the stress of a compression wave over its particle
+        velocity, at rest and under a sudden load.
         """
         modulus = self.bulk_modulus + 4.0 / 3.0 * self.instantaneous_shear_modulus
         return float(np.sqrt(modulus * self.density))
 
     def describe(self) -> str:
-        """Its name, and how its viscoelasticity is computed, for people."""
+        """Return a text with the name and the viscoelastic model."""
         if not self.branches:
             return f"{self.name}, elastic"
         times = sorted(branch.relaxation_time for branch in self.branches)
@@ -73,5 +77,5 @@ class Material:
 
 
 def bulk_modulus_from_poisson_ratio(shear_modulus: float, poisson_ratio: float) -> float:
-    """kappa = 2 mu (1 + nu) / (3 (1 - 2 nu)) [Pa]."""
+    """Return kappa = 2 mu (1 + nu) / (3 (1 - 2 nu)) [Pa]."""
     return 2.0 * shear_modulus * (1.0 + poisson_ratio) / (3.0 * (1.0 - 2.0 * poisson_ratio))

@@ -1,4 +1,4 @@
-"""A series of Maxwell branches beside a spring, and its complex modulus.
+"""Maxwell branches in parallel with a spring, and their complex modulus.
 
 mu(omega) / mu_inf = 1 + sum m_k i omega tau_k / (1 + i omega tau_k), mu_inf the long-term modulus.
 """
@@ -20,25 +20,25 @@ class MaxwellSeries:
 
     @classmethod
     def of_prony(cls, terms: Sequence[tuple[float, float]]) -> "MaxwellSeries":
-        """Of a Prony series (g, relaxation time [s]).
+        """Return the branches of a Prony series (g, relaxation time [s]).
 
-        g is a share of the *instantaneous* modulus, as in ABAQUS's *VISCOELASTIC, TIME=PRONY, the
-        law holds the *long-term* one: m = g / (1 - sum g).
+        g is a fraction of the *instantaneous* modulus, as in ABAQUS's *VISCOELASTIC, TIME=PRONY;
+        the law has the *long-term* modulus: m = g / (1 - sum g).
         """
         shares, times = np.reshape(terms, (-1, 2)).T
         return cls(times, shares / (1.0 - shares.sum()))
 
     @property
     def shares(self) -> np.ndarray:
-        """g of each branch (k,): its share of the instantaneous modulus."""
+        """g of each branch (k,): its fraction of the instantaneous modulus."""
         return self.moduli / (1.0 + self.moduli.sum())
 
     def modulus(self, frequency: np.ndarray) -> np.ndarray:
-        """Complex modulus (n,) over the long-term one at frequencies (n,) [Hz]."""
+        """Return the complex modulus (n,) over the long-term one at frequencies (n,) [Hz]."""
         return 1.0 + branch_moduli(frequency, self.relaxation_times) @ self.moduli
 
     def branches(self, long_term_modulus: float) -> tuple[MaxwellBranch, ...]:
-        """The branches of a law whose shear modulus at rest is `long_term_modulus` [Pa]."""
+        """Return the branches of a law whose shear modulus at rest is `long_term_modulus` [Pa]."""
         return tuple(
             MaxwellBranch(float(modulus * long_term_modulus), float(time))
             for modulus, time in zip(self.moduli, self.relaxation_times, strict=True)
@@ -47,6 +47,8 @@ class MaxwellSeries:
 
 
 def branch_moduli(frequency: np.ndarray, relaxation_times: np.ndarray) -> np.ndarray:
-    """Complex modulus (n, k) of branches of unit modulus: i omega tau / (1 + i omega tau)."""
+    """Return the complex modulus (n, k) of branches of unit modulus: i omega tau / (1 + i omega
+    tau).
+    """
     turned = 2j * np.pi * frequency[:, None] * relaxation_times
     return turned / (1.0 + turned)

@@ -1,4 +1,4 @@
-"""Maxwell branches that stand for a spectrum, as few as its band and a stated error need.
+"""Fit of Maxwell branches to a spectrum, as few as its band and the allowed error require.
 
 Relaxation times are evenly spread in their logarithm; the moduli, none of them negative, follow by
 linear least squares on the complex modulus relative to the spectrum's (Schapery's collocation, with
@@ -7,7 +7,7 @@ that it stands for. The ends of the spread are those of the least largest error.
 
 The long-term modulus is that of the spectrum, it is not fitted: constants of a law come from slow
 tests, and a body that is inflated slowly must be as soft as they say. So a slow branch, at the
-lower end of the band, carries what the spectrum has relaxed below it.
+lower end of the band, represents the relaxation of the spectrum below it.
 """
 
 from dataclasses import dataclass
@@ -44,18 +44,18 @@ class MaxwellFit:
 
     @property
     def largest_error(self) -> float:
-        """Largest distance of the complex modulus from the spectrum's, over its size [-]."""
+        """Largest relative error of the complex modulus [-]."""
         fitted = self.series.modulus(self.spectrum.frequency)
         return float(np.max(np.abs(fitted / self.spectrum.modulus - 1.0)))
 
 
 def fewest_branches(spectrum: Spectrum, largest_error: float) -> MaxwellFit:
-    """The fit with as few branches as keep the relative error of the complex modulus at or below
-    `largest_error`.
+    """Return the fit with the fewest branches whose relative error of the complex modulus does not
+    exceed `largest_error`.
 
     Raises
     ------
-    MaterialError: MOST_BRANCHES do not.
+    MaterialError: MOST_BRANCHES branches are not enough.
     """
     for count in range(1, MOST_BRANCHES + 1):
         fit = best_fit(spectrum, count)
@@ -70,7 +70,7 @@ def fewest_branches(spectrum: Spectrum, largest_error: float) -> MaxwellFit:
 
 
 def best_fit(spectrum: Spectrum, count: int) -> MaxwellFit:
-    """The best fit of so many branches, evenly spread in log time."""
+    """Return the best fit of `count` branches, evenly spaced in log time."""
 
     def fit(ends: tuple[float, float]) -> MaxwellFit:
         return _with_times(spectrum, np.exp(np.linspace(ends[0], ends[1], count)))
@@ -91,7 +91,7 @@ def best_fit(spectrum: Spectrum, count: int) -> MaxwellFit:
 
 
 def _with_times(spectrum: Spectrum, times: np.ndarray) -> MaxwellFit:
-    """The fit with given relaxation times [s]."""
+    """Return the fit with given relaxation times [s]."""
     target = spectrum.modulus
     responses = branch_moduli(spectrum.frequency, times)
     weight = np.sqrt(np.gradient(np.log(spectrum.frequency))) / np.abs(target)
@@ -108,7 +108,7 @@ def _with_times(spectrum: Spectrum, times: np.ndarray) -> MaxwellFit:
 
 
 def _least_squares(columns: np.ndarray, target: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Real factors (k,) >= 0 of complex columns (n, k) that come closest to a target (n,)."""
+    """Return the factors (k,) >= 0 of complex columns (n, k) that best fit a target (n,)."""
     columns, target = columns * weight[:, None], target * weight
     factors, _ = nnls(
         np.vstack([columns.real, columns.imag]), np.concatenate([target.real, target.imag])

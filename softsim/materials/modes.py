@@ -15,25 +15,25 @@ from softsim.materials.law import Law
 
 @dataclass(frozen=True)
 class Mode:
-    """A mode of deformation by its principal stretches, powers of the stretch that is driven.
+    """Mode of deformation, with principal stretches that are powers of the applied stretch.
 
-    name: for people; exponents: of the three principal stretches, they add up to 0, and an axis
-    with exponent 1 is one that is pulled.
+    name: in texts; exponents: of the three principal stretches, with the sum 0; an axis with the
+    exponent 1 is a pulled one.
     """
 
     name: str
     exponents: tuple[float, float, float]
 
     def squared_stretches(self, stretch: np.ndarray) -> np.ndarray:
-        """b (..., 3) [-] at stretches (...,)."""
+        """Return b (..., 3) [-] at stretches (...,)."""
         return stretch[..., None] ** (2.0 * np.array(self.exponents))
 
     def nominal_stress(self, law: Law, stretch: np.ndarray) -> np.ndarray:
-        """Force over undeformed area on a pulled axis [Pa]."""
+        """Return the force over the undeformed area on a pulled axis [Pa]."""
         return self._energy_slope(law, stretch) / self._pulled_axes
 
     def stress_slope(self, law: Law, stretch: np.ndarray) -> np.ndarray:
-        """d(nominal stress)/d(stretch) [Pa]: d2W/dl2 = (a . H a / l - dW/dl) / l."""
+        """Return d(nominal stress)/d(stretch) [Pa]: d2W/dl2 = (a . H a / l - dW/dl) / l."""
         a = np.array(self.exponents)
         change = law.stiffness(self.squared_stretches(stretch)) @ a @ a
         slope = (change / stretch - self._energy_slope(law, stretch)) / stretch
@@ -44,7 +44,7 @@ class Mode:
         return self.exponents.count(1.0)
 
     def _energy_slope(self, law: Law, stretch: np.ndarray) -> np.ndarray:
-        """dW/dl = a . tau / l [Pa]; as the exponents add up to 0, a pressure has no part in it."""
+        """Return dW/dl = a . tau / l [Pa]; exponents add up to 0, so a pressure has no effect."""
         tau = law.extra_stress(self.squared_stretches(stretch))
         return np.asarray(tau @ np.array(self.exponents) / stretch)
 

@@ -21,7 +21,6 @@ class MooneyRivlin(TwoInvariantLaw):
 
     @property
     def constants(self) -> tuple[float, ...]:
-        """What the energy density and its slopes take as `c` [Pa]."""
         return (self.C10, self.C01)
 
     @property
@@ -31,14 +30,14 @@ class MooneyRivlin(TwoInvariantLaw):
 
     @staticmethod
     def energy_density(I1_bar, I2_bar, c, m):
-        """W [J/m^3]."""
+        """Return W [J/m^3]."""
         return c[0] * (I1_bar - 3.0) + c[1] * (I2_bar - 3.0)
 
     @staticmethod
     def energy_slopes(I1_bar, I2_bar, c, m):
-        """(dW/dI1_bar, dW/dI2_bar) [Pa], of I1_bar's kind: lane vectors stay such."""
+        """Return (dW/dI1_bar, dW/dI2_bar) [Pa] with the type of I1_bar, such as a lane vector."""
         return c[0] + 0.0 * I1_bar, c[1] + 0.0 * I1_bar
 
     def stiffness(self, b: np.ndarray) -> np.ndarray:
-        """H = 4 C10 P diag(b) P + 4 C01 P diag(1/b) P."""
+        """Return H = 4 C10 P diag(b) P + 4 C01 P diag(1/b) P."""
         return 4.0 * projected(self.C10 * b + self.C01 / b)

@@ -22,7 +22,6 @@ class NeoHooke(FirstInvariantLaw):
 
     @property
     def constants(self) -> tuple[float, ...]:
-        """What `energy_density` and its derivatives take as `c` [Pa]."""
         return (self.C10,)
 
     @property
@@ -32,15 +31,15 @@ class NeoHooke(FirstInvariantLaw):
 
     @staticmethod
     def energy_density(I1_bar, c):
-        """W [J/m^3]."""
+        """Return W [J/m^3]."""
         return c[0] * (I1_bar - 3.0)
 
     @staticmethod
     def energy_slope(I1_bar, c):
-        """dW/dI1_bar [Pa], of I1_bar's kind: a lane vector stays one."""
+        """Return dW/dI1_bar [Pa] with the type of I1_bar, such as a lane vector."""
         return c[0] + 0.0 * I1_bar
 
     @staticmethod
     def energy_curvature(I1_bar, c):
-        """d2W/dI1_bar2 [Pa], of I1_bar's kind."""
+        """Return d2W/dI1_bar2 [Pa] with the type of I1_bar."""
         return 0.0 * I1_bar

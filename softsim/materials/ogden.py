@@ -19,12 +19,12 @@ import numpy as np
 from softsim.materials.law import TwoInvariantLaw, projected
 
 START_EXPONENTS = (1.5, 5.0, -2.0, -5.0)
-"""What fits begin with; Ogden 1972 has 1.3, 5 and -2 for rubber."""
+"""Start values of alpha in a fit; Ogden 1972 gives 1.3, 5 and -2 for rubber."""
 
 
 @dataclass(frozen=True)
 class Ogden(TwoInvariantLaw):
-    """Moduli mu [Pa] and exponents alpha [-], as many of the one as of the other."""
+    """Moduli mu [Pa] and exponents alpha [-], in equal number."""
 
     mu: tuple[float, ...]
     alpha: tuple[float, ...]
@@ -34,13 +34,14 @@ class Ogden(TwoInvariantLaw):
 
     @classmethod
     def of_constants(cls, constants: Sequence[float]) -> "Ogden":
-        """The law with mu_1, alpha_1, mu_2, alpha_2, ..."""
+        """Return the law with mu_1, alpha_1, mu_2, alpha_2, ..."""
         return cls(tuple(constants[0::2]), tuple(constants[1::2]))
 
     @classmethod
     def starts(cls, terms: int, modulus: float) -> list[tuple[float, ...]]:
-        """Equal shares of the modulus, for every choice of the start exponents. Where moduli stay
-        positive, as in a fit, the law is stable in shear whatever the stretch.
+        """Return equal fractions of the modulus for every combination of the start exponents.
+
+        Where moduli stay positive, as in a fit, the law is stable in shear at all stretches.
         """
         return [
             tuple(c for alpha in exponents for c in (modulus / terms, alpha))
@@ -59,7 +60,7 @@ class Ogden(TwoInvariantLaw):
 
     @staticmethod
     def energy_density(I1_bar, I2_bar, c, m):
-        """W [J/m^3]."""
+        """Return W [J/m^3]."""
         u, v, w = m.principal_logarithms(I1_bar, I2_bar)
         W = 0.0 * I1_bar
         for i in range(len(c) // 2):
@@ -71,7 +72,7 @@ class Ogden(TwoInvariantLaw):
 
     @staticmethod
     def energy_slopes(I1_bar, I2_bar, c, m):
-        """(dW/dI1_bar, dW/dI2_bar) [Pa]."""
+        """Return (dW/dI1_bar, dW/dI2_bar) [Pa]."""
         u, v, w = m.principal_logarithms(I1_bar, I2_bar)
         W1 = 0.0 * I1_bar
         W2 = 0.0 * I1_bar
@@ -83,11 +84,11 @@ class Ogden(TwoInvariantLaw):
         return W1, W2
 
     def extra_stress(self, b: np.ndarray) -> np.ndarray:
-        """2 sum mu_i / alpha_i l^alpha_i."""
+        """Return 2 sum mu_i / alpha_i l^alpha_i (..., 3) [Pa]."""
         alpha = np.array(self.alpha)
         return 2.0 * b[..., None] ** (0.5 * alpha) @ (np.array(self.mu) / alpha)
 
     def stiffness(self, b: np.ndarray) -> np.ndarray:
-        """H = P diag(2 sum mu_i l^alpha_i) P."""
+        """Return H = P diag(2 sum mu_i l^alpha_i) P."""
         powers = b[..., None] ** (0.5 * np.array(self.alpha))
         return projected(2.0 * powers @ np.array(self.mu))

@@ -1,8 +1,8 @@
-"""What a viscoelastic solid does over frequency: its complex shear modulus in a band.
+"""Complex shear modulus of a viscoelastic solid in a frequency band.
 
-The modulus is mu(omega) = mu' + i mu'': mu' is the storage modulus, mu''/mu' the loss factor. Three
-descriptions of it come to the same thing, complex moduli at some frequencies, to which Maxwell
-branches are fitted (softsim/materials/maxwell_fit.py).
+The modulus is mu(omega) = mu' + i mu'': mu' is the storage modulus, mu''/mu' the loss factor. Each
+of three descriptions gives complex moduli at some frequencies, to which Maxwell branches are fitted
+(softsim/materials/maxwell_fit.py).
 """
 
 from collections.abc import Sequence
@@ -13,8 +13,8 @@ import numpy as np
 from softsim.errors import MaterialError
 
 POINTS_PER_DECADE = 20
-"""Frequencies at which a closed form is fitted: branches a decade apart leave ripples that ten
-points a decade already resolve."""
+"""Number of frequencies per decade at which a closed form is fitted: branches a decade apart leave
+ripples that ten points a decade already resolve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class Spectrum:
     """Complex shear modulus over frequency.
 
     frequency: rising (n,) [Hz]. modulus: complex (n,), over the long-term modulus, that of slow
-    tests, where `has_level`; where not, only the ratios of its values are known.
+    tests, where `has_level`; otherwise only the ratios of its values are known.
     """
 
     frequency: np.ndarray
@@ -36,7 +36,8 @@ class Spectrum:
 
 
 def fractional(relaxation_time: float, order: float, band: tuple[float, float]) -> Spectrum:
-    """Fractional Kelvin-Voigt solid: mu / mu0 = 1 + (i omega tau)^n, mu0 the long-term modulus.
+    """Return the spectrum of a fractional Kelvin-Voigt solid: mu / mu0 = 1 + (i omega tau)^n, mu0
+    the long-term modulus.
 
     relaxation_time: tau [s]; order: n, between 0 and 1; band: two frequencies [Hz].
     A spring beside a springpot (Bagley and Torvik 1983, AIAA J. 21:741-748; measured on silicones:
@@ -47,10 +48,11 @@ def fractional(relaxation_time: float, order: float, band: tuple[float, float]) 
 
 
 def constant_loss_factor(loss_factor: float, band: tuple[float, float]) -> Spectrum:
-    """A solid of one loss factor eta in a band [Hz]: mu ~ (i omega)^n with n = (2/pi) atan(eta).
+    """Return the spectrum of a constant loss factor eta in a band [Hz].
 
-    A loss factor tells how the storage modulus grows within the band, not how far it has grown
-    below, so the spectrum has no level: the fit chooses the one that few branches meet best.
+    mu ~ (i omega)^n with n = (2/pi) atan(eta). A loss factor determines how the storage modulus
+    grows within the band, not how far it has grown below, so the spectrum has no level: the fit
+    chooses the level that few branches fit best.
     """
     frequency = _within(band)
     order = 2.0 / np.pi * np.arctan(loss_factor)
@@ -58,10 +60,12 @@ def constant_loss_factor(loss_factor: float, band: tuple[float, float]) -> Spect
 
 
 def measured(rows: Sequence[tuple[float, float, float]], long_term_modulus: float) -> Spectrum:
-    """A measured spectrum: (frequency [Hz], storage modulus [Pa], loss factor), frequencies rising.
+    """Return a spectrum measured in rows (frequency [Hz], storage modulus [Pa], loss factor).
+
+    Frequencies must rise.
 
     long_term_modulus: of the same specimen and kind, shear or Young's, in slow tests [Pa].
-    Raises MaterialError where a storage modulus is not above it: what is slow cannot be stiffer.
+    Raises MaterialError where a storage modulus is not above it.
     """
     frequency, storage, loss_factor = np.array(rows).T
     below = np.flatnonzero(storage <= long_term_modulus)
@@ -77,6 +81,6 @@ def measured(rows: Sequence[tuple[float, float, float]], long_term_modulus: floa
 
 
 def _within(band: tuple[float, float]) -> np.ndarray:
-    """Frequencies of a band, evenly spread in their logarithm."""
+    """Return the frequencies of a band, evenly spaced in their logarithm."""
     count = 2 + int(POINTS_PER_DECADE * np.log10(band[1] / band[0]))
     return np.geomspace(*band, count)

@@ -1,7 +1,7 @@
-"""Where a law stops being a material: a stress that no longer rises as the stretch does.
+"""Material stability of a law: the stretch at which its stress stops rising.
 
-This is about the material point, not about structures: a balloon has a limit pressure although the
-nominal stress of its rubber rises all the way.
+The check is of the material point, not of structures: a balloon has a limit pressure although the
+nominal stress of its rubber rises monotonically.
 """
 
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from softsim.materials.law import Law
 from softsim.materials.modes import EQUIBIAXIAL, PLANAR, UNIAXIAL
 
 LARGEST_STRETCH, SMALLEST_STRETCH = 10.0, 0.2
-"""As far as `instability_stretch` looks: a robot is hardly ever stretched further."""
+"""Range of stretches that `instability_stretch` searches, beyond those of most robots."""
 
 # Points looked at, then looked at again between the last good and the first bad one: an
 # instability narrower than 1/2000 of the range is not found, and a found one is exact to 1e-9.
@@ -24,11 +24,12 @@ REFINEMENTS = 3
 def instability_stretch(
     law: Law, largest_stretch: float = LARGEST_STRETCH, smallest_stretch: float = SMALLEST_STRETCH
 ) -> dict[str, float | None]:
-    """First stretch at which the incompressible solid's nominal stress stops rising, or None.
+    """Return the first stretch at which the nominal stress stops rising, or None, for each mode.
 
-    Looked for in uniaxial, equibiaxial and planar tension from 1 up to `largest_stretch`, and in
-    uniaxial compression from 1 down to `smallest_stretch`: Drucker's criterion along these paths.
-    Keys: "uniaxial tension", "equibiaxial tension", "planar tension", "compression".
+    The solid is incompressible. The search covers uniaxial, equibiaxial and planar tension from 1
+    up to `largest_stretch`, and uniaxial compression from 1 down to `smallest_stretch`: Drucker's
+    criterion along these paths. Keys: "uniaxial tension", "equibiaxial tension", "planar tension",
+    "compression".
     """
     tension = np.linspace(1.0, largest_stretch, GRID)
     compression = np.linspace(1.0, smallest_stretch, GRID)
@@ -41,12 +42,12 @@ def instability_stretch(
 
 
 def first_unstable_I1(law: Law, largest_I1: float) -> float | None:
-    """First I1_bar in [3, largest_I1] at which a law has lost its shear stiffness, or None.
+    """Return the first I1_bar in [3, largest_I1] without positive shear stiffness, or None.
 
-    There W1 + W2 b_k <= 0 (`Law.shear_stiffness`; of a law W(I1_bar) that is W' <= 0, whatever the
-    mode): an element that gets there has no way back. The stress stops rising earlier than this,
-    see `instability_stretch`. Looked for in uniaxial tension and compression, which among all
-    deformations of one I1_bar have the smallest and the largest I2_bar, and in planar tension.
+    There W1 + W2 b_k <= 0 (`Law.shear_stiffness`; for a law W(I1_bar) that is W' <= 0, in any
+    mode): an element that gets there cannot recover. The stress stops rising earlier than this, see
+    `instability_stretch`. The search covers uniaxial tension and compression, which have the
+    smallest and the largest I2_bar of all deformations of one I1_bar, and planar tension.
     """
 
     def smallest(I1: np.ndarray) -> np.ndarray:
@@ -68,7 +69,7 @@ def first_unstable_I1(law: Law, largest_I1: float) -> float | None:
 def _first_not_positive(
     function: Callable[[np.ndarray], np.ndarray], points: np.ndarray
 ) -> float | None:
-    """The first of `points` (in their order) where `function` <= 0, refined; None where > 0."""
+    """Return the first of `points` (in order) with `function` <= 0, refined, or None."""
     first = None
     for _ in range(1 + REFINEMENTS):
         bad = np.flatnonzero(function(points) <= 0.0)

@@ -24,10 +24,10 @@ HEADING = re.compile(r"(?P<name>.*?)\s*[(\[](?P<unit>[^()\[\]]+)[)\]]")
 
 @dataclass(frozen=True, eq=False)
 class TensileTest:
-    """A pull in one direction.
+    """Uniaxial tensile test.
 
     strain: engineering strain [-], (points,); stress: engineering stress, force over undeformed
-    area [Pa], (points,); title: what was pulled; source: the file.
+    area [Pa], (points,); title: name of the specimen; source: the file.
     """
 
     strain: np.ndarray
@@ -36,9 +36,9 @@ class TensileTest:
     source: str = ""
 
     def first_loading(self) -> "TensileTest":
-        """The part up to the largest stress, without points behind the largest strain so far.
+        """Return the part up to the largest stress, without points below the largest strain so far.
 
-        So neither the failure is in it, nor unloading and reloading, nor a strain gauge's jitter.
+        It excludes failure, unloading, reloading and the jitter of a strain gauge.
         """
         end = int(np.argmax(self.stress)) + 1
         strain, stress = self.strain[:end], self.stress[:end]
@@ -48,20 +48,20 @@ class TensileTest:
 
 @dataclass(frozen=True)
 class _Text:
-    """The lines of a file, and refusals that show one of them."""
+    """Lines of a file, and errors that quote one of them."""
 
     path: Path
     lines: list[str]
 
     def refusal(self, line: int, column: int, message: str, hint: str = "") -> MaterialError:
-        """An error with its place: `line` from 0, `column` from 1."""
+        """Return an error with its location: `line` from 0, `column` from 1."""
         place = Location(self.path, line + 1, column, self.lines[line])
         return MaterialError("\n".join([f"{place}: {message}", *place.excerpt()]), hint)
 
 
 @dataclass(frozen=True)
 class _Header:
-    """The line that names the columns: its index, how it is split, where the two columns are."""
+    """Heading line: its index, the delimiter, and the indices and units of the two columns."""
 
     line: int
     delimiter: str
@@ -71,7 +71,7 @@ class _Header:
     stress_unit: str | None
 
     def column_of(self, text: str, cell: int) -> int:
-        """Column (from 1) at which a cell (from 0) of a line begins."""
+        """Return the column (from 1) at which a cell (from 0) of a line begins."""
         return 1 + sum(len(before) + 1 for before in text.split(self.delimiter)[:cell])
 
 
@@ -82,17 +82,17 @@ def read_tensile_test(
     stress_unit: str | None = None,
     delimiter: str | None = None,
 ) -> TensileTest:
-    """A tensile test from the text table in `path` (UTF-8 or latin-1).
+    """Return the tensile test in the text table `path` (UTF-8 or latin-1).
 
-    Everything above the line that names both columns is skipped. A unit in brackets behind a name
-    needs not be given, and is read: strain in % becomes a ratio, and stress is converted to Pa.
-    `stress_unit` goes before it. Without `delimiter` the first of ; , tab that finds both columns
-    is taken. Where it is not a comma, a comma in a number is a decimal sign.
+    Lines above the one that names both columns are skipped. A heading may have a unit in brackets:
+    strain in % is converted to a ratio, and stress to Pa. `stress_unit` takes precedence over the
+    heading. Without `delimiter` the first of ; , tab with which both columns are found is used. If
+    the delimiter is not a comma, a comma in a number is a decimal sign.
 
     Raises
     ------
     MaterialError: no such file, no line with both columns, no or a wrong unit of stress, a cell
-    that is no number, no rows; with the line where there is one.
+    that is not a number, no rows; the error quotes the line if there is one.
     """
     if delimiter == "":
         raise MaterialError("the delimiter is empty", hint="give the character between two cells")
@@ -136,7 +136,7 @@ def _name_and_unit(heading: str) -> tuple[str, str | None]:
 
 
 def _find_column(cells: list[str], name: str) -> int | None:
-    """Index of the column with this heading, with or without its unit."""
+    """Return the index of the column with this heading, with or without its unit, or None."""
     for index, cell in enumerate(cells):
         if name in (cell, _name_and_unit(cell)[0]):
             return index
@@ -178,7 +178,7 @@ def _missing_column(text: _Text, line: int, cells: list[str], missing: str) -> M
 
 
 def _pascals(text: _Text, header: _Header, given: str | None) -> float:
-    """How many pascals one unit of the stress column is."""
+    """Return the size of the unit of the stress column [Pa]."""
     unit = header.stress_unit if given is None else given
     problem = "the stress has no unit"
     if unit is not None:

@@ -23,7 +23,6 @@ class Yeoh(FirstInvariantLaw):
 
     @property
     def constants(self) -> tuple[float, ...]:
-        """What `energy_density` and its derivatives take as `c` [Pa]."""
         return (self.C10, self.C20, self.C30)
 
     @property
@@ -33,18 +32,18 @@ class Yeoh(FirstInvariantLaw):
 
     @staticmethod
     def energy_density(I1_bar, c):
-        """W [J/m^3]."""
+        """Return W [J/m^3]."""
         k = I1_bar - 3.0
         return k * (c[0] + k * (c[1] + k * c[2]))
 
     @staticmethod
     def energy_slope(I1_bar, c):
-        """dW/dI1_bar [Pa]."""
+        """Return dW/dI1_bar [Pa]."""
         k = I1_bar - 3.0
         return c[0] + k * (2.0 * c[1] + k * (3.0 * c[2]))
 
     @staticmethod
     def energy_curvature(I1_bar, c):
-        """d2W/dI1_bar2 [Pa]."""
+        """Return d2W/dI1_bar2 [Pa]."""
         k = I1_bar - 3.0
         return 2.0 * c[1] + 6.0 * c[2] * k
