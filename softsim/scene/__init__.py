@@ -1,1 +1,1 @@
-"""Scenes: what a user writes, as a validated tree of values in SI units."""
+"""Scenes: input files of the user, as a validated tree of values in SI units."""

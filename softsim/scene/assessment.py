@@ -1,4 +1,4 @@
-"""A layout of pipes, and a standard robot put into it."""
+"""Layout of pipes with a standard robot in it."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,30 +23,38 @@ trailed: {}
 time: {end: 60 s}
 """,
 }
-"""What a command asks of a layout that does not say it; a run ends as soon as it is answered."""
+"""Default content that each command adds to a layout file, as YAML."""
 
 
 def load_layout(
     path: Path, robot: str, overrides: Sequence[str], command: Option = ASSESS
 ) -> LoadedScene:
-    """The scene of a layout file with a robot in it, of which a command asks; what the file says
-    wins.
+    """Return the scene of a layout file with a robot in it, for a command.
+
+    Values of the file override those of the robot and of the command.
 
     Raises
     ------
-    SceneError: no such robot, or anything that keeps the whole from being a scene.
+    SceneError
+        There is no such robot, or the scene is not valid.
     """
     return validated(layout_tree(path, robot, command), path, overrides)
 
 
 def layout_tree(path: Path, robot: str, command: Option = ASSESS) -> Tree:
-    """What a layout file and a robot in it say together. SceneError: no such robot or file."""
+    """Return the merged content of a layout file, a robot and the defaults of a command.
+
+    Raises SceneError if there is no such robot or file.
+    """
     question = said(QUESTIONS[command], command)
     return merged(merged(question, robot_tree(path.parent, robot)), read_scene(path))
 
 
 def robot_tree(folder: Path, robot: str) -> Tree:
-    """What a standard robot says, put into a layout in `folder`. SceneError: no such robot."""
+    """Return the content of a standard robot for a layout in `folder`.
+
+    Raises SceneError if there is no such robot.
+    """
     option = Option(f"--robot {robot}")
     if robot not in robot_names():
         raise SceneError(f"there is no robot {robot!r}", did_you_mean(robot, robot_names()), option)
@@ -54,7 +62,7 @@ def robot_tree(folder: Path, robot: str) -> Tree:
 
 
 def said(text: str, option: Option) -> Tree:
-    """What a command says of its own, as YAML."""
+    """Return the content of a YAML text, with the command `option` as its origin."""
     tree = read_text(text, lambda line, column: option)
     assert tree is not None
     return tree

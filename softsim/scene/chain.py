@@ -1,4 +1,4 @@
-"""The vocabulary of a chain's file: every key, its meaning, its unit, its default."""
+"""Schema of a chain's file: every key with its meaning, unit and default."""
 
 import math
 from typing import Annotated, Any, Literal
@@ -238,17 +238,17 @@ class ChainScene(Part):
 
     @property
     def node_count(self) -> int:
-        """Of one line, from the front to the rear: the head and the rows not under it."""
+        """Number of nodes of one line: the head and the rows not under it."""
         return self.rows.count - self.rows.under_head + 1
 
     @property
     def lines(self) -> tuple[Side, ...]:
-        """The sides; one where the chain moves in the plane."""
+        """Sides of the chain, a single one for a chain in the plane."""
         return (Side(),) if self.sides is None else (self.sides.left, self.sides.right)
 
     @property
     def running(self) -> tuple[bool, ...]:
-        """Whether the motor of each line runs."""
+        """True for each line whose motor runs."""
         if self.sides is None:
             return (True,)
         return self.sides.running != "right", self.sides.running != "left"
@@ -283,11 +283,11 @@ OF_TRACKS = {
     "forward_displacement": LENGTH,
     "sideways_displacement": LENGTH,
 }
-"""What two sides tell besides."""
+"""Further measures in the summary of a chain with two sides."""
 
 
 def produced_by_chain(scene: ChainScene) -> dict[str, Measure]:
-    """What a run of a chain tells, by name, dotted into mappings: "further_speeds.fast"."""
+    """Return the measures in the summary of a chain by name, such as "further_speeds.fast"."""
     further = {f"further_speeds.{name}": SPEED for name in scene.motor.further}
     return OF_CHAINS | (OF_TRACKS if scene.sides is not None else {}) | further
 

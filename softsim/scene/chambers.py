@@ -1,4 +1,4 @@
-"""Chambers: pressure on facets, a liquid or a gas within, pump and valve at the end of a tube."""
+"""Chambers: pressure on facets, a liquid or gas inside, pump and valve at the end of a tube."""
 
 from itertools import pairwise
 from typing import Any, Literal, TypeVar
@@ -95,7 +95,7 @@ class FollowerPressure(Part):
 
     @property
     def acts_as_given(self) -> bool:
-        """Whether the facets feel the pressure of the profile as it is."""
+        """True if the pressure on the facets is that of the profile, without changes."""
         return all(getattr(self, key) == value for key, value in AS_GIVEN.items())
 
 

@@ -1,10 +1,10 @@
-"""Names of the columns of a history: what probes may not be called."""
+"""Names of the columns of a history, which probes must not have."""
 
 ROW_FORCE, SIDE_FORCE = "row_force_", "side_force_"
-"""Before the name of a row of spikes, of a side of the robot."""
+"""Prefixes of the columns of rows of spikes and of sides of the robot."""
 
 CHAMBER_PRESSURE = "pressure_"
-"""Before the name of each chamber of a robot that has several."""
+"""Prefix of the columns of chambers, for a robot with several of them."""
 
 FIXED_COLUMNS = frozenset(
     {
@@ -49,10 +49,10 @@ FIXED_COLUMNS = frozenset(
         "narrowing_drag",
     }
 )
-"""All that observation.columns names in any model without rows, further chambers, probes."""
+"""All columns of observation.columns, except those of rows, further chambers and probes."""
 
 
 def is_probe(column: str) -> bool:
-    """Whether a column of a history is a probe's."""
+    """Return True if a column of a history belongs to a probe."""
     own = (ROW_FORCE, SIDE_FORCE, CHAMBER_PRESSURE)
     return column not in FIXED_COLUMNS and not column.startswith(own)

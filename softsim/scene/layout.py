@@ -1,4 +1,4 @@
-"""The question that a layout of pipes asks: does the robot get through?"""
+"""Test whether a robot passes a layout of pipes."""
 
 from pydantic import Field
 

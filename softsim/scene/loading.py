@@ -1,4 +1,4 @@
-"""Scene files: YAML, the parts they include, the command line's overrides, the validated scene."""
+"""Loading of scene files: YAML, included parts, overrides of the command line, validation."""
 
 import hashlib
 import os
@@ -233,7 +233,7 @@ def valid(root: type[Kind], tree: Tree) -> Kind:
 
 
 class _Includes:
-    """Reads a file with all that it includes."""
+    """Reader of a file with all files that it includes."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

@@ -319,7 +319,7 @@ class PulledCable(OverTime):
 
 
 def _by_direction(otherwise: str) -> Discriminator:
-    """Tell a load whose profile has values in units from one whose profile has factors."""
+    """Distinguish loads whose profile has values with units from those with factors."""
     return told_by_presence("direction", ("direction",), otherwise)
 
 

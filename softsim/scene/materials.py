@@ -100,7 +100,7 @@ class YeohMaterial(_Rubber):
 
     @property
     def constants(self) -> tuple[float, ...]:
-        """Of the law, as it takes them [Pa]."""
+        """Constants in the order that the law takes [Pa]."""
         return (self.C10, self.C20, self.C30)
 
 
@@ -112,7 +112,7 @@ class NeoHookeanMaterial(_Rubber):
 
     @property
     def constants(self) -> tuple[float, ...]:
-        """Of the law, as it takes them [Pa]."""
+        """Constants in the order that the law takes [Pa]."""
         return (self.C10,)
 
 
@@ -135,7 +135,7 @@ class MooneyRivlinMaterial(_Rubber):
 
     @property
     def constants(self) -> tuple[float, ...]:
-        """Of the law, as it takes them [Pa]."""
+        """Constants in the order that the law takes [Pa]."""
         return (self.C10, self.C01)
 
 
@@ -170,7 +170,7 @@ class OgdenMaterial(_Rubber):
 
     @property
     def constants(self) -> tuple[tuple[float, ...], ...]:
-        """Of the law, as it takes them: moduli [Pa] and exponents [-]."""
+        """Constants in the order that the law takes: moduli [Pa] and exponents [-]."""
         return (self.mu, self.alpha)
 
 

@@ -1,7 +1,6 @@
-"""What a run of a scene tells of itself in summary.json, known before it runs.
+"""Names and units of the measures that summary.json will have, known before a run.
 
-`output/measures.py` measures; this says which names it will find, in which units. A test holds the
-two together.
+`output/measures.py` computes their values. A test checks that both agree.
 """
 
 from dataclasses import dataclass
@@ -15,8 +14,10 @@ from softsim.scene.schema import Scene
 
 @dataclass(frozen=True)
 class Measure:
-    """A name in summary.json. unit: SI, empty for bare numbers and texts; listed: of what it has a
-    number each, where it is a list; is_label: a text; is_share: from 0 to 1.
+    """Measure in summary.json.
+
+    unit: SI unit, empty for bare numbers and texts. listed: for a list, what each entry belongs to.
+    is_label: True for a text. is_share: True for a fraction from 0 to 1.
     """
 
     unit: str = ""
@@ -119,9 +120,9 @@ CHAMBERS = ("follower_pressure", "added_volume", "added_gas", "pneumatic")
 
 
 def produced(scene: Scene) -> dict[str, Measure]:
-    """What a run of `scene` tells, by name, dotted into mappings: "layout.verdict".
+    """Return the measures that a run of `scene` may have, by name, such as "layout.verdict".
 
-    A run that is too short for it tells nothing, or less: of pressure cycles only whole ones count.
+    A run that is too short has fewer: only whole pressure cycles count.
     """
     chambers = {name: load for name, load in scene.loads.items() if load.kind in CHAMBERS}
     chamber = chambers.get(scene.robot.chamber or next(iter(chambers), ""))
@@ -155,10 +156,10 @@ def produced(scene: Scene) -> dict[str, Measure]:
 
 
 def axes_of(scene: Scene) -> tuple[str, ...]:
-    """Return the components of a displacement in a scene, as names in summary.json end with them.
+    """Return the components of a displacement in a scene, as suffixes of names in summary.json.
 
-    In an axisymmetric model x is the radius, and a body lies on the axis: its component is called
-    RADIAL, as it is no place.
+    In an axisymmetric model x is the radius, and a body lies on the axis: this component is called
+    RADIAL, because it is not a position.
     """
     formulations = {body.formulation for body in scene.bodies.values()}
     if "axisymmetric" in formulations:

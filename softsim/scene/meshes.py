@@ -1,4 +1,4 @@
-"""Where the mesh of a body comes from: a generator with its sizes, or a file."""
+"""Sources of the mesh of a body: a generator with its dimensions, or a file."""
 
 from typing import Annotated, Any, Literal
 

@@ -1,4 +1,4 @@
-"""What a run writes, and what it is expected to find."""
+"""Output of a run, and expected limits of its results."""
 
 from typing import Annotated, Literal
 
@@ -58,7 +58,7 @@ Probe = Annotated[
 
 
 def probe_columns(name: str, kind: str, axes: str) -> list[str]:
-    """Columns of a probe: its name, or one a component."""
+    """Return the history columns of a probe: its name, or one per component."""
     has_components = kind in ("displacement", "reaction")
     return [f"{name}_{a}" for a in axes] if has_components else [name]
 

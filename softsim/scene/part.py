@@ -1,4 +1,4 @@
-"""What every part of a scene is."""
+"""Base class of the parts of a scene, and choice between classes of parts."""
 
 import json
 from collections.abc import Collection, Mapping
@@ -19,7 +19,7 @@ class Part(BaseModel):
 
 
 def json_schema(model: type[BaseModel]) -> dict[str, Any]:
-    """Return the JSON schema of a class, each class in it by its short name: `PressureTable`."""
+    """Return the JSON schema of a class, with short names of classes such as `PressureTable`."""
     schema = model.model_json_schema()
     text = json.dumps(schema)
     for name, definition in schema["$defs"].items():
@@ -30,7 +30,7 @@ def json_schema(model: type[BaseModel]) -> dict[str, Any]:
 
 
 def told_by_key(classes: Mapping[str, type[Part]]) -> Discriminator:
-    """Tells which of the classes a mapping means, by the key that it has of one of them."""
+    """Return a discriminator that selects a class by the first key of a mapping in `classes`."""
 
     def tag(value: Any) -> str | None:
         if isinstance(value, dict):
@@ -41,8 +41,9 @@ def told_by_key(classes: Mapping[str, type[Part]]) -> Discriminator:
 
 
 def told_by_presence(tag: str, keys: Collection[str], otherwise: str) -> Discriminator:
-    """Tell two spellings of one kind apart: `tag` is meant where a mapping has any of `keys`, and
-    `otherwise` where it has none.
+    """Return a discriminator between two spellings of one kind.
+
+    It selects `tag` if a mapping has any of `keys`, and `otherwise` if it has none.
     """
 
     def told(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""The items of the layout of a pipe: the first key of each names its kind."""
+"""Items of the layout of a pipe; the first key of each names its kind."""
 
 import math
 from typing import Annotated

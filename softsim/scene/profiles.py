@@ -1,9 +1,9 @@
-"""Values over time: one family of profiles for every load and condition, in the unit of each.
+"""Profiles: values over time for every load and condition, in the unit of each.
 
 `constant`, `ramp`, `smooth_step`, `sine`, `table` and `cycles` with a period exist for any
-quantity Q. Loads that are given as a full value take the same family as factors, plain numbers
-that are 1 by default. Pressures also have cycles told by rates, natural deflation and cycles by
-events.
+quantity Q. Loads that are given as a full value take the same profiles as factors, plain numbers
+that are 1 by default. Pressures also have cycles with given rates, cycles with natural deflation
+and cycles by events.
 """
 
 import math
@@ -378,7 +378,7 @@ class EventCyclesProfile(_Swing):
 
 
 def _duration(info: ValidationInfo, rate: str) -> float:
-    """Time [s] from the lowest to the highest pressure or back; infinite while one is unknown."""
+    """Return the time [s] between lowest and highest pressure; infinite if a value is unknown."""
     known = info.data
     if not {"highest", "lowest", rate} <= known.keys():
         return math.inf

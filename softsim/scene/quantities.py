@@ -18,19 +18,19 @@ from softsim import units
 
 Bound = Literal["any", "positive", "not negative", "within a turn"]
 IN_RANGE = 1e-40, 1e40
-"""Smallest and largest size of a quantity in SI units with which a model can be computed."""
+"""Smallest and largest magnitude of a quantity in SI units that a model may have."""
 TURN = 2.0 * math.pi * (1.0 + 1e-12)
-"""A whole turn [rad], with the round-off of 360 deg."""
+"""Whole turn [rad], with a margin for the round-off of 360 deg."""
 SQUARABLE = 1e-140, 1e140
-"""Numbers between these have squares, and sums of squares, that a float holds in full precision."""
+"""Range of numbers whose squares and sums of squares a float holds in full precision."""
 NAME = r"[A-Za-z_][A-Za-z0-9_-]*"
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """Annotation of a float: read from text such as "36 mm", held in the SI unit `unit`.
+    """Annotation of a float, read from text such as "36 mm" and stored in the SI unit `unit`.
 
-    `word` is a text that may stand for the quantity and is kept as it is, such as "auto".
+    `word` is a text that is allowed instead and stored unchanged, such as "auto".
     """
 
     unit: str
@@ -47,7 +47,7 @@ class Quantity:
         return {"type": "string", "examples": examples}
 
     def read(self, value: Any) -> float | str:
-        """`value` in SI units; PydanticCustomError where it is no such quantity."""
+        """Return `value` in SI units. Raises PydanticCustomError if it is not such a quantity."""
         if self.word is not None and value == self.word:
             return self.word
         if isinstance(value, bool) or not isinstance(value, str | int | float):
@@ -78,7 +78,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class QuantityOrVector(Quantity):
-    """As `Quantity`, or a list of two or three components of any sign."""
+    """Annotation of a quantity, or of a list of two or three components of any sign."""
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
@@ -87,7 +87,7 @@ class QuantityOrVector(Quantity):
         return {"anyOf": [one, {"type": "array", "items": one, "minItems": 2, "maxItems": 3}]}
 
     def read(self, value: Any) -> Any:
-        """`value` in SI units, a float or a tuple; PydanticCustomError where it is neither."""
+        """Return `value` in SI units, a float or a tuple. Raises PydanticCustomError otherwise."""
         if not isinstance(value, list | tuple):
             return super().read(value)
         if not 2 <= len(value) <= 3:
@@ -97,7 +97,7 @@ class QuantityOrVector(Quantity):
 
 
 def written(*texts: str) -> Any:
-    """A default as a user would write it; the schema validates it like a given value."""
+    """Return a default as a user would write it, which the schema validates like a given value."""
     return texts[0] if len(texts) == 1 else texts
 
 
@@ -170,7 +170,7 @@ SetPattern = Annotated[
 
 
 def _listed(value: Any) -> Any:
-    """A value that is no list as a list of one."""
+    """Return a list unchanged, and any other value as a list of one."""
     return value if isinstance(value, list | tuple) else [value]
 
 
@@ -202,7 +202,7 @@ Inertia = Annotated[
 
 
 def _not_zero(direction: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the direction, scaled where the square of its length would overflow or underflow."""
+    """Return the direction, scaled if the square of its length would overflow or underflow."""
     largest = max(abs(component) for component in direction)
     if largest == 0.0:
         raise ValueError(f"a direction must not be {list(direction)}")
@@ -219,7 +219,7 @@ AXES: dict[Any, tuple[float, ...]] = {
 
 
 def _axis_vector(value: Any) -> Any:
-    """A letter's direction; what is no letter stays as it is."""
+    """Return the direction of an axis x, y or z; values that are not texts are unchanged."""
     if not isinstance(value, str):
         return value
     if value not in AXES:

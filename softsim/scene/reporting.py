@@ -1,4 +1,4 @@
-"""What is wrong with a scene, where, and what would be right: pydantic's errors for people."""
+"""Error messages of invalid scenes, from pydantic's errors: problem, location and remedy."""
 
 import difflib
 import re
@@ -35,7 +35,7 @@ WANTED = {
     "model_attributes_type": "a mapping of keys to values",
 }
 CONSEQUENCES = {"missing", "value_error"}
-"""Errors that a misspelt key causes elsewhere."""
+"""Types of errors that a misspelt key causes elsewhere."""
 BOUNDS = {
     "greater_than": ("gt", "greater than"),
     "greater_than_equal": ("ge", "at least"),
@@ -47,10 +47,10 @@ BOUNDS = {
 def scene_error(
     error: ValidationError, tree: Tree, root: Model, beside: Collection[str] = ()
 ) -> SceneError:
-    """All that pydantic found wrong in `tree`, as one error that holds the further ones.
+    """Return all errors that pydantic found in `tree` as one error, which contains the others.
 
-    root: the class that the whole tree is, a scene or a study; beside: keys that its file may have
-    besides those of the class.
+    root: class of the whole tree, a scene or a study. beside: keys that its file may have besides
+    those of the class.
     """
     found = error.errors(include_url=False)
     above = {item["loc"][:depth] for item in found for depth in range(len(item["loc"]))}
@@ -71,15 +71,16 @@ def scene_error(
 
 @dataclass(frozen=True)
 class _Stray:
-    """A key that stands one level too far out: `keys` lead to it, `owner` is the key before it,
-    below which it belongs.
+    """Key that is indented one level too little.
+
+    keys: path to it. owner: the key before it, below which it belongs.
     """
 
     keys: Keys
     owner: str
 
     def error(self, tree: Tree) -> SceneError:
-        """Return the error that says where the key belongs."""
+        """Return the error that names the place where the key belongs."""
         key = _printable(str(self.keys[-1]))
         return SceneError(
             f"'{key}' is one level too far out: it belongs to '{_printable(self.owner)}'",
@@ -88,8 +89,9 @@ class _Stray:
         )
 
     def explains(self, item: Mapping[str, Any], root: Model) -> bool:
-        """Return True for an error of pydantic's that this one causes: one at or below the key, or
-        that its owner lacks it or holds nothing at all.
+        """Return True if the stray key causes an error of pydantic's.
+
+        Such errors are at or below the key, or the owner lacks the key or has no content at all.
         """
         keys, owner = place_of(root, item["loc"]).keys, (*self.keys[:-1], self.owner)
         lacks = item["type"] == "missing" and keys == (*owner, self.keys[-1])
@@ -98,8 +100,9 @@ class _Stray:
 
 
 def _stray(item: Mapping[str, Any], tree: Tree, root: Model) -> _Stray | None:
-    """Find the key at or above an error that belongs to the mapping written just before it: one
-    that has such a field by the schema, and lacks it.
+    """Return the key at or above an error that belongs to the mapping written just before it.
+
+    By the schema, that mapping has such a field, and it lacks it. None if there is no such key.
     """
     keys = place_of(root, item["loc"]).keys
     for depth, key in enumerate(keys):
@@ -117,8 +120,9 @@ def _stray(item: Mapping[str, Any], tree: Tree, root: Model) -> _Stray | None:
 
 
 def did_you_mean(word: str, allowed: Collection[str]) -> str:
-    """ "did you mean 'length'?", of what begins with the word, else of what is close to it, or all
-    that is allowed.
+    """Return a hint such as "did you mean 'length'?" for an unknown word.
+
+    It names allowed words that begin with the word, else a similar one, else all allowed words.
     """
     longer = [name for name in allowed if len(word) >= SHORTEST_BEGINNING and name.startswith(word)]
     close = longer[:MOST_MEANT] or difflib.get_close_matches(word, allowed, n=1)
@@ -128,7 +132,7 @@ def did_you_mean(word: str, allowed: Collection[str]) -> str:
 
 
 def title(keys: Keys) -> str:
-    """A short name of a place: its last word key with the indices after it, "points[0][1]"."""
+    """Return a short name of a place: its last key with the indices after it, "points[0][1]"."""
     words = [i for i, key in enumerate(keys) if isinstance(key, str)]
     if not words:
         return "the file"
@@ -139,7 +143,7 @@ def title(keys: Keys) -> str:
 def _problem(
     item: Mapping[str, Any], tree: Tree, root: Model, beside: Collection[str]
 ) -> SceneError:
-    """One of pydantic's errors."""
+    """Return the scene error of one of pydantic's errors."""
     kind, loc = item["type"], item["loc"]
     place, parent = place_of(root, loc), place_of(root, loc[:-1])
     if kind == "missing" and isinstance(loc[-1], str):
@@ -193,7 +197,7 @@ def _unknown_key(parent: Place, keys: Keys, tree: Tree, beside: Collection[str])
 
 
 def _unknown_variant(place: Place, tree: Tree) -> SceneError:
-    """A mapping that does not tell, or not rightly, which class it means."""
+    """Return the error of a mapping whose key for its kind is missing or wrong."""
     held = nearest(tree, place.keys)[0]
     name = title(place.keys)
     if not isinstance(held.value, dict):
@@ -222,7 +226,7 @@ def _unknown_variant(place: Place, tree: Tree) -> SceneError:
 
 
 def _about_value(item: Mapping[str, Any]) -> tuple[str, str]:
-    """Message and hint for a value that stands in the right place but is not right."""
+    """Return message and hint for an invalid value of a known key."""
     kind, value, context = item["type"], item["input"], item.get("ctx", {})
     if kind == "quantity":
         return context["problem"], context["hint"]
@@ -263,7 +267,7 @@ def _quoted(value: Any) -> str:
 
 
 def _given(value: Any) -> str:
-    """What stands there, in words."""
+    """Return a description of a given value for a message."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):

@@ -1,6 +1,6 @@
-"""A scene written out in full: every value as it was given, the defaults too, each with its origin.
+"""Scene with all values, including defaults, as YAML with the origin of each value.
 
-Values keep the text they were given with, so that the file loads to the very same floats.
+Values keep the text they were given with, so that the file loads to exactly the same floats.
 """
 
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ LONGEST_LIST = 6
 
 
 def resolved_text(scene: BaseModel, tree: Tree) -> str:
-    """`scene` as YAML; `tree` tells which values were given, and where."""
+    """Return `scene` as YAML; `tree`: values as given, with their locations."""
     return "\n".join(_model(scene, tree)) + "\n"
 
 
@@ -82,7 +82,7 @@ def flow_text(value: Any) -> str:
 def phrase(tree: Tree) -> str:
     """Return a part of a scene in one line of prose, as it was written: its kind, then its keys.
 
-    Long lists lose their middle.
+    The middle of long lists is left out.
     """
     if isinstance(tree.value, list) and len(tree.value) > LONGEST_LIST:
         first, last = (", ".join(map(phrase, part)) for part in (tree.value[:2], tree.value[-1:]))

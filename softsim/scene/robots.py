@@ -15,12 +15,12 @@ LIBRARY = Path(str(resources.files("softsim.scene"))) / "library"
 
 
 def robot_names() -> list[str]:
-    """Names of the whole robots, as --robot takes them."""
+    """Return the names of the whole robots, as --robot takes them."""
     return sorted(file.stem for file in LIBRARY.glob("*.yaml"))
 
 
 def part_names() -> list[str]:
-    """Names of robots and their parts, as `include` takes them."""
+    """Return the names of robots and their parts, as `include` takes them."""
     files = (file.relative_to(LIBRARY) for file in LIBRARY.rglob("*.yaml"))
     return sorted(PREFIX + file.with_suffix("").as_posix() for file in files)
 
@@ -30,7 +30,8 @@ def part_file(named: Tree) -> Path:
 
     Raises
     ------
-    SceneError: there is none of this name.
+    SceneError
+        There is none with this name.
     """
     name, known = str(named.value), part_names()
     if name not in known:

@@ -1,7 +1,7 @@
-"""The vocabulary of a scene: every key, its meaning, its unit, its default.
+"""Schema of a scene: every key with its meaning, unit and default.
 
-Quantities are written with units ("36 mm") and become SI floats; numbers without a dimension are
-written bare. Unknown keys are refused.
+Quantities are written with units ("36 mm") and become SI floats; numbers without a dimension have
+no unit. Unknown keys are errors.
 """
 
 from typing import Annotated, Any, Literal

@@ -1,4 +1,4 @@
-"""Sets of a body that a scene defines: the first key of each names its kind."""
+"""Sets of a body that a scene defines; the first key of each names its kind."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""What a material does over frequency, as a scene describes it."""
+"""Spectra of materials in a scene: stiffness and damping over frequency."""
 
 from itertools import pairwise
 from typing import Annotated, Literal

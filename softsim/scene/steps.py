@@ -1,9 +1,9 @@
-"""Steps: a scene whose robot is first inflated, say, and then shaken.
+"""Scenes with several steps, such as inflation of a robot and then vibration.
 
-Each step is a scene of its own: what `steps.NAME` says is merged over the scene of the step before,
-so that what a step does not mention goes on. `time` and `expect` do not pass on, each step has
-those of the file and its own. A condition or a load for which a step writes nothing (`air: ~`) is
-over. Bodies and walls stay as they are; a step changes what acts on them.
+Each step is a scene of its own: the content of `steps.NAME` is merged over the scene of the step
+before, so that everything else continues. `time` and `expect` are not passed on: each step has
+those of the file and its own. A condition or load that a step sets to nothing (`air: ~`) ends.
+Bodies and walls stay the same; a step changes only loads and conditions on them.
 """
 
 import re

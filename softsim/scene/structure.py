@@ -1,4 +1,4 @@
-"""Finding one's way through the schema: which class and which field a path of keys leads to."""
+"""Search in the schema for the class and the field at a path of keys."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ Model = type[BaseModel]
 
 @dataclass(frozen=True)
 class Place:
-    """A place in the schema: what may stand there, the field it belongs to, the keys to it."""
+    """Place in the schema: its annotation, the field it belongs to and the keys to it."""
 
     annotation: Any
     field: FieldInfo | None = None
@@ -25,7 +25,7 @@ class Place:
 
     @property
     def models(self) -> list[Model]:
-        """The classes that a mapping here may mean; none where no mapping of fields is due."""
+        """Classes that a mapping here may have; empty if no mapping of fields is allowed."""
         bare = _bare(self.annotation)
         if get_origin(bare) in (Union, UnionType):
             return [m for option in get_args(bare) for m in Place(option).models]
@@ -33,25 +33,25 @@ class Place:
 
     @property
     def entry_count(self) -> int | None:
-        """How many entries the list here has, where the schema says so."""
+        """Number of entries of the list here, None if the schema does not fix it."""
         arguments = get_args(_bare(self.annotation))
         is_tuple = get_origin(_bare(self.annotation)) is tuple
         return len(arguments) if is_tuple and Ellipsis not in arguments else None
 
     @property
     def quantity(self) -> Quantity | None:
-        """How the number here is read; None where no quantity is due."""
+        """Quantity of the number here, None if it is not a quantity."""
         notes = (*_layers(self.annotation)[1], *(self.field.metadata if self.field else ()))
         return next((note for note in notes if isinstance(note, Quantity)), None)
 
     @property
     def is_whole(self) -> bool:
-        """Whether a whole number is due here."""
+        """True if the value here is a whole number."""
         return _bare(self.annotation) is int
 
     @property
     def tags(self) -> dict[str, Any]:
-        """Annotation of each option here by the tag that pydantic puts into the loc of an error.
+        """Annotation of each option here, by the tag that pydantic puts into the loc of an error.
 
         An option is a class, or a union of the spellings of one kind with tags of their own.
         """
@@ -64,9 +64,10 @@ class Place:
         return found
 
     def variant(self, value: Any) -> "Place":
-        """The place with the class that the mapping `value` means, by its law, kind, generator, or
-        by the first key of a class that has none of these. Of two spellings of one kind, the one
-        that has more of the keys given.
+        """Return the place with the class of the mapping `value`.
+
+        The class follows from its law, kind or generator, or from the first key of a class that has
+        none of these. Of two spellings of one kind, it is the one with more of the given keys.
         """
         given = value if isinstance(value, dict) else {}
         matching = [
@@ -81,11 +82,11 @@ class Place:
         return Place(meant, self.field, self.keys)
 
     def tagged(self, tag: str) -> "Place":
-        """The place with the option that pydantic calls `tag`."""
+        """Return the place with the option that pydantic calls `tag`."""
         return Place(self.tags[tag], self.field, self.keys)
 
     def inside(self, key: Key) -> "Place | None":
-        """The place of the entry `key`; None where the schema has none."""
+        """Return the place of the entry `key`, or None if the schema has none."""
         keys = (*self.keys, key)
         if self.models:
             field = self.models[0].model_fields.get(str(key)) if len(self.models) == 1 else None
@@ -103,7 +104,7 @@ class Place:
 
 @cache
 def discriminators(model: Model) -> dict[str, str]:
-    """The required keys of a class that have one allowed value: {"kind": "pipe"}."""
+    """Return the required keys of a class with one allowed value, such as {"kind": "pipe"}."""
     return {
         name: get_args(field.annotation)[0]
         for name, field in model.model_fields.items()
@@ -112,15 +113,15 @@ def discriminators(model: Model) -> dict[str, str]:
 
 
 def first_key(model: Model) -> str:
-    """The first key of a class."""
+    """Return the first key of a class."""
     return next(iter(model.model_fields))
 
 
 def place_of(root: Model, loc: Sequence[Key]) -> Place:
-    """The place that pydantic's `loc` of an error means, as deep as the schema goes.
+    """Return the place of pydantic's `loc` of an error, as deep as the schema goes.
 
-    The tags of classes that pydantic puts into a loc are no keys, nor is its mark for an error in
-    the key of a mapping.
+    A loc also contains tags of classes, and a mark for an error in the key of a mapping, which are
+    not keys.
     """
     place = Place(root)
     for part in loc:
@@ -134,7 +135,7 @@ def place_of(root: Model, loc: Sequence[Key]) -> Place:
 
 
 def place_in(root: Model, tree: Tree, keys: Keys) -> Place | None:
-    """The place of `keys` in a file that says `tree`; None where the schema has none."""
+    """Return the place of `keys` in a file with the content `tree`, or None if there is none."""
     place: Place | None = Place(root)
     held: Tree | None = tree
     for key in keys:
@@ -144,12 +145,12 @@ def place_in(root: Model, tree: Tree, keys: Keys) -> Place | None:
 
 
 def _bare(annotation: Any) -> Any:
-    """The annotation without Annotated and without None."""
+    """Return the annotation without Annotated and without None."""
     return _layers(annotation)[0]
 
 
 def _layers(annotation: Any) -> tuple[Any, list[Any]]:
-    """The annotation without Annotated and without None, and the notes of what was Annotated."""
+    """Return the annotation without Annotated and without None, and the metadata of Annotated."""
     notes: list[Any] = []
     while True:
         arguments = get_args(annotation)

@@ -1,4 +1,4 @@
-"""What a robot stands in: gravity, walls, contact."""
+"""Environment of a robot: gravity, walls and contact."""
 
 from typing import Annotated, Literal
 

@@ -1,6 +1,4 @@
-"""Grounds of known shape: ramps, half rounds, fields of steps; the question whether a
-body crosses them.
-"""
+"""Terrains (ramps, semicircles, step fields), and the test whether a body crosses them."""
 
 import math
 from abc import abstractmethod
@@ -41,7 +39,7 @@ class Terrain(Part):
     @property
     @abstractmethod
     def crossed(self) -> float:
-        """From the foot to where a body is over [m]."""
+        """Distance [m] from the foot to the point where a body has crossed the terrain."""
 
 
 class PrintedTerrain(Terrain):
@@ -69,7 +67,7 @@ class RampWall(PrintedTerrain):
 
     @property
     def crossed(self) -> float:
-        """From the foot to the upper edge [m]."""
+        """Distance [m] from the foot of the ramp to its upper edge."""
         return self.height / math.tan(self.slope) if self.slope < 0.5 * math.pi - 1e-9 else 0.0
 
 
@@ -81,7 +79,7 @@ class SemicircleWall(PrintedTerrain):
 
     @property
     def crossed(self) -> float:
-        """From the foot to the far one [m]."""
+        """Distance [m] between both feet of the semicircle."""
         return 2.0 * self.radius
 
 
@@ -103,7 +101,7 @@ class StepFieldWall(Terrain):
 
     @property
     def crossed(self) -> float:
-        """From the foot to the end of the last block [m]."""
+        """Distance [m] from the foot to the end of the last block."""
         return self.blocks * self.block_length
 
 

@@ -1,4 +1,4 @@
-"""What a robot trails behind it on its way through a layout."""
+"""Tether that a robot trails behind it through a layout."""
 
 from typing import Annotated
 

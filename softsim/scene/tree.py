@@ -1,4 +1,4 @@
-"""What scene files say, before it is validated: values that know where they are written."""
+"""Content of scene files before validation: values with the location of each in its file."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,9 +16,9 @@ DISCRIMINATORS = ("law", "kind", "generator")
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """A scalar, a mapping or a list; `text` is a scalar as it was written.
+    """Scalar, mapping or list with its location; `text` is a scalar as it was written.
 
-    `origin` is where the value stands, `key_origin` where the key or list entry that holds it does.
+    `origin` is the location of the value, `key_origin` that of its key or list entry.
     """
 
     value: "Scalar | dict[str, Tree] | list[Tree]"
@@ -28,7 +28,7 @@ class Tree:
 
 
 def plain(tree: Tree) -> Any:
-    """The values alone."""
+    """Return the values without their locations."""
     if isinstance(tree.value, dict):
         return {key: plain(child) for key, child in tree.value.items()}
     if isinstance(tree.value, list):
@@ -37,7 +37,7 @@ def plain(tree: Tree) -> Any:
 
 
 def tree_of(value: Any, origin: Origin) -> Tree:
-    """The tree of plain values, all of them from one place."""
+    """Return the tree of plain values, all with the same origin."""
     if isinstance(value, Mapping):
         held = {str(key): tree_of(entry, origin) for key, entry in value.items()}
         return Tree(held, origin, origin)
@@ -49,7 +49,7 @@ def tree_of(value: Any, origin: Origin) -> Tree:
 
 
 def child(tree: Tree, key: Key) -> Tree | None:
-    """The entry of a mapping or list; None where there is none."""
+    """Return the entry of a mapping or list, or None if there is none."""
     if isinstance(tree.value, dict) and isinstance(key, str):
         return tree.value.get(key)
     if isinstance(tree.value, list) and isinstance(key, int) and 0 <= key < len(tree.value):
@@ -58,7 +58,7 @@ def child(tree: Tree, key: Key) -> Tree | None:
 
 
 def nearest(tree: Tree, keys: Sequence[Key]) -> tuple[Tree, int]:
-    """The deepest tree along `keys` that is written anywhere, and how many keys lead to it."""
+    """Return the deepest existing tree along `keys`, and the number of keys that lead to it."""
     for depth, key in enumerate(keys):
         following = child(tree, key)
         if following is None:
@@ -68,22 +68,22 @@ def nearest(tree: Tree, keys: Sequence[Key]) -> tuple[Tree, int]:
 
 
 def entries(tree: Tree, *keys: Key) -> Mapping[str, Tree]:
-    """The mapping at `keys`; empty where none is written there."""
+    """Return the mapping at `keys`, empty if there is none."""
     held, depth = nearest(tree, keys)
     return held.value if depth == len(keys) and isinstance(held.value, dict) else {}
 
 
 def listed(tree: Tree, *keys: Key) -> Sequence[Tree]:
-    """The list at `keys`; empty where none is written there."""
+    """Return the list at `keys`, empty if there is none."""
     held, depth = nearest(tree, keys)
     return held.value if depth == len(keys) and isinstance(held.value, list) else ()
 
 
 def merged(lower: Tree, upper: Tree) -> Tree:
-    """Mappings merged key by key; in all else `upper` wins.
+    """Return `upper` merged over `lower`: mappings key by key, else `upper`.
 
-    A mapping of another law, kind or generator replaces the lower one whole: keys of a constant
-    pressure mean nothing in a table.
+    A mapping of another law, kind or generator replaces the lower one completely: keys of a
+    constant pressure have no meaning in a table.
     """
     if not (isinstance(lower.value, dict) and isinstance(upper.value, dict)):
         return upper
@@ -100,7 +100,7 @@ def _differ(one: Tree | None, other: Tree | None) -> bool:
 
 
 def replaced(tree: Tree, keys: Sequence[Key], new: Tree) -> Tree:
-    """`tree` with `new` at `keys`; mappings missing on the way are made, as if `new` wrote them."""
+    """Return `tree` with `new` at `keys`; missing mappings are created with the origin of `new`."""
     if not keys:
         return new
     key, rest = keys[0], keys[1:]

@@ -1,4 +1,4 @@
-"""YAML text as a tree with line marks: the safe part of YAML 1.2, bounded in size and depth."""
+"""Reading of YAML as a tree with locations: safe part of YAML 1.2, limited in size and depth."""
 
 import re
 from collections.abc import Callable
@@ -35,7 +35,7 @@ Place = Callable[[int, int], Origin]  # of a line and a column, both from 0
 
 
 class SceneLoader(yaml.SafeLoader):
-    """Reads null, true, false and numbers (1e-6 too); all else plain is text: on, no, 1:30."""
+    """YAML loader that reads null, true, false and numbers (1e-6 too); on, no, 1:30 are text."""
 
     yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012 - yaml's own name for it
 
@@ -65,7 +65,7 @@ for _name, _pattern, _first in (
 
 
 def is_file(path: Path) -> bool:
-    """Whether `path` names a file; a name that no file can have does not."""
+    """Return True if `path` is a file; False also for a name that no file can have."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -73,11 +73,12 @@ def is_file(path: Path) -> bool:
 
 
 def read_file(path: Path, kind: str = "scene") -> Tree:
-    """The mapping that a file holds; `kind` is what it should be: "scene" or "study".
+    """Return the mapping in a file; `kind` is "scene" or "study", for messages.
 
     Raises
     ------
-    SceneError: the file is missing, too large, no UTF-8 text, no YAML, or no mapping.
+    SceneError
+        The file is missing, too large, not UTF-8 text, not YAML, or not a mapping.
     """
     try:
         if path.is_dir():
@@ -116,11 +117,14 @@ def read_file(path: Path, kind: str = "scene") -> Tree:
 
 
 def read_text(text: str, place: Place) -> Tree | None:
-    """The value of a YAML text, None where it holds none; `place` says where a line and column are.
+    """Return the value of a YAML text, or None if it is empty.
+
+    place: returns the location of a line and a column, both from 0.
 
     Raises
     ------
-    SceneError: no YAML, or more of it than a scene needs.
+    SceneError
+        The text is not valid YAML, or exceeds the limits of size and depth.
     """
     try:
         loader = SceneLoader(text)
@@ -148,7 +152,7 @@ def _line_and_column(text: str, position: int) -> tuple[int, int]:
 
 
 class _TreeBuilder:
-    """Turns YAML nodes into trees, following aliases up to a budget."""
+    """Builder of trees from YAML nodes, which follows aliases up to a limit."""
 
     def __init__(self, place: Place) -> None:
         self.place = place
@@ -196,7 +200,10 @@ class _TreeBuilder:
 
 
 def scalar(node: yaml.ScalarNode, origin: Origin) -> Scalar:
-    """The value of a scalar; SceneError for tags beside null, bool, int, float and str."""
+    """Return the value of a scalar.
+
+    Raises SceneError for tags other than null, bool, int, float and str.
+    """
     read: dict[str, Callable[[str], Scalar]] = {
         "null": lambda text: None,
         "bool": lambda text: text.lower() == "true",
