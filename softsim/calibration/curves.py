@@ -10,7 +10,7 @@ from softsim.errors import CalibrationError
 
 @dataclass(frozen=True)
 class WallCurve:
-    """What a pipe's wall felt of a body that was inflated slowly.
+    """Wall force of a slowly inflated body in a pipe.
 
     pressure (k,) [Pa], rising; force (k,) [N]: sum of the normal forces on the wall; rows (k,):
     rows of spikes that touch; kinetic_share (k,): kinetic over internal energy [-].
@@ -23,9 +23,9 @@ class WallCurve:
 
     @property
     def touch(self) -> float:
-        """The pressure [Pa] from which on contact is never lost.
+        """Pressure [Pa] above which contact is never lost.
 
-        Raises CalibrationError if at the highest pressure nothing touches.
+        Raises CalibrationError if there is no contact at the highest pressure.
         """
         if self.force[-1] == 0.0:
             raise CalibrationError(
@@ -37,25 +37,25 @@ class WallCurve:
 
     @property
     def highest(self) -> float:
-        """The highest pressure of the curve [Pa]."""
+        """Highest pressure of the curve [Pa]."""
         return float(self.pressure[-1])
 
     @property
     def largest_kinetic_share(self) -> float:
-        """The largest kinetic over internal energy while it touches [-]: slow enough if small."""
+        """Largest ratio of kinetic to internal energy during contact [-]: small if quasi-static."""
         return float(self.kinetic_share[self.pressure >= self.touch].max())
 
     def force_at(self, pressure: np.ndarray) -> np.ndarray:
-        """Force [N] at pressures [Pa]."""
+        """Return the force [N] at pressures [Pa]."""
         return np.interp(pressure, self.pressure, self.force)
 
     def rows_at(self, pressure: np.ndarray) -> np.ndarray:
-        """Rows in contact in the sample nearest to pressures [Pa]."""
+        """Return the rows in contact in the sample nearest to pressures [Pa]."""
         between = 0.5 * (self.pressure[1:] + self.pressure[:-1])
         return self.rows[np.searchsorted(between, pressure)]
 
     def pressure_at(self, force: np.ndarray) -> np.ndarray:
-        """The first pressure [Pa] at which the wall feels a force [N] > 0; NaN where none does."""
+        """Return the first pressures [Pa] at which the wall force reaches `force` [N]; else NaN."""
         touching = self.pressure >= self.touch
         pressure, felt = self.pressure[touching], self.force[touching]
         # The force may fall for a moment, as a row lets go: the first sample that reaches counts.
@@ -69,9 +69,9 @@ class WallCurve:
 
 
 def wall_curve(history: Mapping[str, np.ndarray]) -> WallCurve:
-    """The curve of a run whose pressure only rises, from its history.
+    """Return the curve of a run whose pressure only rises, from its history.
 
-    The history's force is the mean since the row before: its pressure is that halfway.
+    The force in a history is the mean since the previous row, so its pressure is that halfway.
     Raises CalibrationError if the history has too few rows.
     """
     pressure = history["pressure"]

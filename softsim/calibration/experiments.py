@@ -1,7 +1,7 @@
 """The scenes of a calibration: slow inflation, and a push at one pressure.
 
-The frame is held: the nodes tied to it get a prescribed displacement, none but in a push. Gravity,
-motors and other forces are left out; contact and friction stay as the scene has them.
+The frame is held: the nodes tied to it get a prescribed displacement, zero except in a push.
+Gravity, motors and other forces are left out; contact and friction stay as in the scene.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -40,7 +40,7 @@ class Push:
 
 
 def inflation(specimen: Specimen, highest: float, duration: float) -> LoadedScene:
-    """The scene in which the pressure rises to `highest` [Pa] within `duration` [s], smoothly."""
+    """Return the scene in which the pressure rises to `highest` [Pa] within `duration` [s], smoothly."""
     return _quasi_static(specimen, _smooth_rise(highest, duration), {}, duration)
 
 
@@ -82,7 +82,7 @@ def _only_load(tree: Tree, name: str) -> Tree:
 
 
 def plain_mapping(tree: Tree) -> dict[str, Tree]:
-    """The entries of a tree that is a mapping."""
+    """Return the entries of a tree that is a mapping."""
     assert isinstance(tree.value, dict)  # the scene is valid
     return tree.value
 
@@ -125,6 +125,6 @@ def _smooth_rise(highest: float, duration: float) -> Points:
 
 
 def _table(points: Points, unit: str) -> str:
-    """A profile of kind table as YAML."""
+    """Return a profile of kind table as YAML."""
     listed = ", ".join(f"[{t!r} s, {value!r} {unit}]" for t, value in points)
     return f"{{kind: table, points: [{listed}]}}"

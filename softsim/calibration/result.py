@@ -1,4 +1,4 @@
-"""All that a calibration found."""
+"""Results of a calibration."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +12,7 @@ from softsim.calibration.stiffness import Stiffness
 
 @dataclass(frozen=True)
 class Stiffnesses:
-    """Of reference and section along one axis."""
+    """Stiffnesses of reference and section along one axis."""
 
     axis: str
     reference: Stiffness
@@ -20,18 +20,18 @@ class Stiffnesses:
 
     @property
     def ratio(self) -> float:
-        """Reference over section [-]."""
+        """Stiffness of the reference over that of the section [-]."""
         return self.reference.value / self.section.value
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a section needs to stand for a body in space.
+    """Parameters with which a plane section represents a body in space.
 
     mapping: at the section's `thickness` [m]. pushed_at: pressures [Pa] on the reference and on the
-    section at which the frame was pushed; stiffnesses: what it found, across the pipe first; none
-    where the reference has no frame to push. thick_mapping: the mapping at `equivalent_thickness`.
-    spikes: around a row. remarks: what did not go as far as it should.
+    section at which the frame was pushed. stiffnesses: measured in the push, transverse to the pipe
+    first; empty if the reference has no frame to push. thick_mapping: the mapping at
+    `equivalent_thickness`. spikes: number around a row. remarks: warnings on incomplete results.
     """
 
     reference: WallCurve
@@ -46,7 +46,7 @@ class Calibration:
 
     @property
     def equivalent_thickness(self) -> float | None:
-        """Thickness [m] at which the section is as stiff across the pipe as the reference."""
+        """Thickness [m] at which the section has the transverse stiffness of the reference."""
         return self.thickness * self.stiffnesses[0].ratio if self.stiffnesses else None
 
     @property
@@ -55,7 +55,7 @@ class Calibration:
         return self.spikes / 4.0
 
     def samples(self, count: int = 9) -> dict[str, np.ndarray]:
-        """A table over pressures from touch to the highest matched one, (count,) each.
+        """Return a table over pressures from touch to the highest matched one, (count,) each.
 
         pressure and section_pressure (matched), line (the fitted section pressure) [Pa];
         reference_force and section_force [N] at these; reference_rows, section_rows.
@@ -75,7 +75,7 @@ class Calibration:
         }
 
     def as_json(self) -> dict[str, Any]:
-        """Everything as plain numbers and lists, SI units."""
+        """Return all results as plain numbers and lists, SI units."""
         found: dict[str, Any] = {
             "factor": self.mapping.factor,
             "offset": self.mapping.offset,

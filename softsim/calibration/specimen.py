@@ -1,4 +1,4 @@
-"""What a scene must have to be calibrated, found by its names and kinds."""
+"""The parts of a scene that a calibration uses, found by their kinds."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,11 @@ from softsim.scene.surroundings import PipeWall
 
 @dataclass(frozen=True)
 class Specimen:
-    """A scene with one air pressure in one pipe.
+    """Scene with one air pressure in one pipe.
 
-    pressure: name of the load; body: of the body it inflates; frame: of the rigid body that this is
-    tied to, None where its ends are fixed; pipe: of the wall; diameter [m].
+    pressure: name of the load. body: name of the body that it inflates. frame: name of the rigid
+    body tied to that, None if its ends are fixed. pipe: name of the wall. diameter [m]: of the
+    pipe.
     """
 
     loaded: LoadedScene
@@ -29,12 +30,12 @@ class Specimen:
 
     @property
     def axes(self) -> str:
-        """The letters of the model's directions."""
+        """Letters of the model's axes."""
         return "xyz" if self.formulation == "solid" else "xy"
 
 
 def section_specimen(loaded: LoadedScene) -> Specimen:
-    """The plane section.
+    """Return the specimen of the plane section.
 
     Raises
     ------
@@ -44,7 +45,7 @@ def section_specimen(loaded: LoadedScene) -> Specimen:
 
 
 def reference_specimen(loaded: LoadedScene) -> Specimen:
-    """The body that the section stands for.
+    """Return the specimen of the body that the section represents.
 
     Raises
     ------
@@ -56,7 +57,7 @@ def reference_specimen(loaded: LoadedScene) -> Specimen:
 
 
 def refuse_other_pipe(section: Specimen, reference: Specimen) -> None:
-    """Raise SceneError unless both are in a pipe of the same diameter."""
+    """Raise SceneError unless both specimens are in pipes of the same diameter."""
     if abs(section.diameter - reference.diameter) > 1e-9 * reference.diameter:
         raise section.loaded.error(
             ("environment", "walls", section.pipe, "diameter"),

@@ -1,4 +1,4 @@
-"""Description of what acts on the bodies of a scene: loads, gravity, walls, contact, what is held.
+"""Description of the loads, gravity, walls, contact and supports that act on the bodies of a scene.
 
 Defaults that a scene does not mention are listed too, and marked.
 """
@@ -24,7 +24,7 @@ CROSSING_DEPTH = 0.4
 
 
 def acting(loaded: LoadedScene, model: Model) -> list[Row]:
-    """Return what acts in a scene as (what, text) pairs.
+    """Return the loads, supports, walls and contact of a scene as (title, text) pairs.
 
     Parameters
     ----------
@@ -51,12 +51,12 @@ def acting(loaded: LoadedScene, model: Model) -> list[Row]:
 
 
 def not_read(model: Model) -> list[Row]:
-    """Return what mesh files say that is not read, as (body, keywords) pairs."""
+    """Return the unsupported keywords of mesh files, as (body, keywords) pairs."""
     return [(f"body '{b.name}'", ", ".join(b.not_read)) for b in model.bodies if b.not_read]
 
 
 def _loads(loaded: LoadedScene, model: Model) -> Iterator[Row]:
-    """List the loads of the scene; without any it says so."""
+    """Yield a row for each load of the scene, or the row "none"."""
     remarks = dict(zip(model.load_names, model.loads, strict=True))
     trees = entries(loaded.tree, "loads")
     for name in loaded.scene.loads:
@@ -130,7 +130,7 @@ def _contact(loaded: LoadedScene) -> Iterator[Row]:
 
 
 def _crossing_edges(model: Model) -> Iterator[Row]:
-    """Describe what contact misses where sharp edges of several bodies in space may cross."""
+    """Yield a warning if sharp edges of several bodies in space may cross: contact misses that."""
     data = model.self_contact
     if data is None or model.dimension == 2:
         return
@@ -148,7 +148,7 @@ def _crossing_edges(model: Model) -> Iterator[Row]:
 
 
 def _value(loaded: LoadedScene, *keys: Key) -> str:
-    """Return a value as the scene says it, or its default, marked so."""
+    """Return a value as written in the scene, or its default, marked as default."""
     held, depth = nearest(loaded.tree, keys)
     if depth == len(keys):
         return flow_text(held)

@@ -1,4 +1,4 @@
-"""Where a body is along its pipe, how near to the wall, and how walls push and hold the robot."""
+"""Position of a body along its pipe, its clearance, and the wall forces that push or brake it."""
 
 import numpy as np
 
@@ -25,13 +25,16 @@ COLUMNS = {
     "drag": "N",  # what pushes it back
     "narrowing_drag": "N",  # the part of the drag that acts where the pipe narrows
 }
-"""Columns that the history of a layout has beside the others."""
+"""Additional columns in the history of a layout, name -> unit."""
 
 
 def path_readings(
     scenario: Scenario, passage: Passage, centre: np.ndarray, interval: float
 ) -> dict[str, float]:
-    """The columns now; centre (d,) of the body [m], `interval` [s] since impulses were cleared."""
+    """Return the current values of COLUMNS.
+
+    centre: of the body (d,) [m]. interval: time since the impulses were cleared [s].
+    """
     x = scenario.positions()
     branch, s = passage.network.locate(centre[None])
     row = {
@@ -47,8 +50,10 @@ def path_readings(
 
 
 def path_samples(network: PipeNetwork) -> dict[str, np.ndarray]:
-    """The pipes for figures, a row a station (n, 2 d + 2): arc length, point, tangent, radius; and
-    the branch that each row is of (n,).
+    """Return samples of the pipes for figures: `path` and `path_branch`.
+
+    path (n, 2 d + 2): arc length, point, tangent and radius at each sampled arc length.
+    path_branch (n,): number of the branch of each row.
     """
     samples = [np.column_stack(stations(b.path.segments)) for b in network.branches]
     branches = np.repeat(np.arange(len(samples)), [len(one) for one in samples])
@@ -56,8 +61,8 @@ def path_samples(network: PipeNetwork) -> dict[str, np.ndarray]:
 
 
 def wall_forces(scenario: Scenario, interval: float) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes (k,) that touched walls since impulses were cleared, and the mean forces (k, d) [N] of
-    all walls on them.
+    """Return the nodes (k,) that touched walls since the impulses were cleared, and the mean
+    forces (k, d) [N] of all walls on them.
     """
     model = scenario.model
     impulses = np.zeros((len(model.contact.nodes), model.dimension))
@@ -68,8 +73,10 @@ def wall_forces(scenario: Scenario, interval: float) -> tuple[np.ndarray, np.nda
 
 
 def frame_forces(forces: np.ndarray) -> dict[str, float]:
-    """Sum of the magnitudes of forces (k, d) [N], and half of what cancels out in their sum: N of
-    two opposite forces N, nothing of forces that all point one way.
+    """Return the sum of the magnitudes of forces (k, d) [N], and their clamping force.
+
+    The clamping force is half of the part that cancels out in the vector sum: N for two
+    opposite forces N, 0 for parallel forces.
     """
     whole = float(np.linalg.norm(forces, axis=1).sum())
     rest = float(np.linalg.norm(forces.sum(axis=0)))
@@ -79,8 +86,9 @@ def frame_forces(forces: np.ndarray) -> dict[str, float]:
 def forces_along(
     network: PipeNetwork, places: np.ndarray, forces: np.ndarray, of_frame: np.ndarray
 ) -> dict[str, float]:
-    """Forces (k, d) [N] at places (k, d) [m], as they push along the path or against it; of_frame
-    (k,): which act on the outline.
+    """Return the sums of the force components along the path and against it [N].
+
+    forces (k, d) [N] act at places (k, d) [m]. of_frame (k,): True for forces on the outline.
     """
     branch, s = network.locate(places)
     along = (forces * network.tangents(branch, s)).sum(axis=1)

@@ -1,7 +1,7 @@
-"""What blocks a body that is stuck in a pipe: a rule each, asked one after the other.
+"""Rules that find the cause of a blockage when a body is stuck in a pipe.
 
-The rules look at the rows of the last whole pressure cycle. Their thresholds are choices, not
-measurements; they and what they were held against are in summary.json.
+The rules are evaluated in order, on the rows of the last whole pressure cycle. Their thresholds
+are choices, not measurements; summary.json holds the thresholds and the values compared.
 """
 
 from collections.abc import Callable
@@ -24,11 +24,14 @@ MAIN_PART = 0.5
 
 @dataclass(frozen=True)
 class BlockageIndicators:
-    """Of the last rows: touching_share, in which the frame touches; pinch_share, of the walls'
-    forces on it that cancel out; frame_drag_share and narrowing_drag_share, of the walls' forces
-    against the way that act on the frame, and where the pipe narrows; most_rows, of spikes in
-    contact; way_forward and way_back [m], the largest of each. fell_back [m], from the farthest
-    place to the end, and whether it counts as a fall.
+    """Indicators of a blockage, from the rows of the last whole cycle.
+
+    touching_share: fraction of the rows in which the frame touches the wall. pinch_share: fraction
+    of the wall forces on the frame that cancel out. frame_drag_share, narrowing_drag_share:
+    fractions of the wall forces against the motion that act on the frame, and where the pipe
+    narrows. most_rows: largest number of rows of spikes in contact. way_forward, way_back: largest
+    displacement in each direction [m]. fell_back: distance from the farthest position to the last
+    one [m]. has_fallen: True if that counts as a fall.
     """
 
     touching_share: float
@@ -43,7 +46,7 @@ class BlockageIndicators:
 
 
 def blockage_indicators(passage: Passage, history: History) -> BlockageIndicators:
-    """What the rules are asked of: the rows of the last whole cycle."""
+    """Return the indicators that the rules use, from the rows of the last whole cycle."""
     rows = last_rows(passage, history)
     sums = {
         name: float(history[name][rows].sum())
@@ -66,25 +69,27 @@ def blockage_indicators(passage: Passage, history: History) -> BlockageIndicator
 
 
 def share(part: float, whole: float) -> float:
-    """part / whole, none of nothing."""
+    """Return part / whole; 0 if whole is 0."""
     return part / whole if whole > 0.0 else 0.0
 
 
 def lost_grip(indicators: BlockageIndicators) -> bool:
-    """It ended farther behind than its own length: it did not stop there, it fell."""
+    """Return True if the body ended farther back than its own length, so it fell."""
     return indicators.has_fallen
 
 
 def is_wedged(indicators: BlockageIndicators) -> bool:
-    """The frame, which does not yield, touches most of the time, and is either clamped from two
-    sides or takes the most of what holds the robot back.
+    """Return True if the rigid frame is wedged.
+
+    It touches the wall most of the time, and is either clamped from two sides or carries most of
+    the drag.
     """
     clamped = indicators.pinch_share >= PINCHED or indicators.frame_drag_share >= MAIN_PART
     return indicators.touching_share >= TOUCHING and clamped
 
 
 def is_caught(indicators: BlockageIndicators) -> bool:
-    """The most of what holds the robot back acts on nodes where the pipe narrows."""
+    """Return True if most of the drag acts on nodes where the pipe narrows."""
     return indicators.narrowing_drag_share >= MAIN_PART
 
 
@@ -94,16 +99,16 @@ RULES: dict[str, Callable[[BlockageIndicators], bool]] = {
     "spikes caught on a step": is_caught,
 }
 NO_THRUST = "no thrust"
-"""What is left where no rule holds: nothing is in the way, and yet it does not go on."""
+"""Cause reported if no rule holds: nothing obstructs the body, but it does not move."""
 
 
 def blocked_by(indicators: BlockageIndicators) -> str:
-    """The first of the rules that holds."""
+    """Return the name of the first rule that holds, else NO_THRUST."""
     return next((name for name, holds in RULES.items() if holds(indicators)), NO_THRUST)
 
 
 def contact_description(indicators: BlockageIndicators) -> str:
-    """What the spikes did, in words."""
+    """Return a description of the contact of the spikes in the last cycle."""
     if indicators.most_rows == 0.0:
         return "no row of spikes touches the wall"
     rows = f"up to {indicators.most_rows:g} rows of spikes touch the wall"

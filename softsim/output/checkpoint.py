@@ -1,4 +1,4 @@
-"""checkpoint.h5: the full state, so that a run goes on to the very same bits."""
+"""checkpoint.h5: the full state of a run, from which it continues bit for bit."""
 
 import json
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from softsim.output.folder import replacing
 from softsim.scene.loading import Loaded
 
 FORMAT = ("v110", "v110")
-"""HDF5 1.10's file format, which has checksums of all that is no array's content."""
+"""File format of HDF5 1.10, which has checksums of everything but the contents of arrays."""
 
 TEXTS = ("progress", "scene", "device", "files")
 
@@ -59,8 +59,8 @@ class Checkpoint:
         return f"was computed before {', '.join(changed)} changed" if changed else ""
 
     def differing_key(self, scene: str) -> str:
-        """The first key, as a.b.c, in which a scene (JSON) differs from that of the checkpoint; ""
-        where none does.
+        """Return the first key, as a.b.c, in which a scene (JSON) differs from the checkpoint; ""
+        if none does.
         """
         if scene == self.scene:
             return ""
@@ -70,7 +70,7 @@ class Checkpoint:
 def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
     """Replace the checkpoint; a reader finds the old or the new one, never a part.
 
-    Arrays have Fletcher's checksums, and the file's format those of its structure: reading tells a
+    Fletcher checksums of the arrays and the checksums of the file format let a reader detect a
     flipped bit. Raises OutputError if the disk refuses.
     """
     # Python's JSON writes floats so that reading gives the same bits.
@@ -89,7 +89,7 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
-    """The checkpoint in a run folder.
+    """Return the checkpoint in a run folder.
 
     Raises OutputError if there is none, or it is damaged.
     """
@@ -121,13 +121,14 @@ def read_checkpoint(path: Path) -> Checkpoint:
 
 
 def _write(file: h5py.File, name: str, array: np.ndarray) -> None:
-    """Write an array, with checksums; one of no numbers has nothing to check."""
+    """Write an array, with checksums unless it is empty."""
     file.create_dataset(name, data=array, fletcher32=array.size > 0)
 
 
 def _first_difference(there: object, here: object) -> list[str]:
-    """The keys that lead to the first value in which two scenes differ. Where only the order of the
-    keys differs, it says so: loads are numbered by it.
+    """Return the keys that lead to the first value in which two scenes differ.
+
+    If only the order of the keys differs, the last one is "order of keys": it numbers the loads.
     """
     if not (isinstance(there, dict) and isinstance(here, dict)):
         return []

@@ -1,4 +1,4 @@
-"""The claim of a process on a folder: one run, or one study, writes there at a time."""
+"""Lock of a folder: only one run, or one study, writes there at a time."""
 
 import os
 import socket
@@ -12,13 +12,14 @@ from softsim.errors import OutputError
 from softsim.output.folder import explained
 
 LOCK, OWNER = ".lock", ".owner"
-"""Files in a claimed folder: held by the process that works there, and its name."""
+"""Files in a locked folder: the lock of the process that works there, and its name."""
 
 
 @contextmanager
 def claimed(folder: Path) -> Iterator[None]:
-    """Keep other runs and studies out of a folder, on all machines that share its disk. The system
-    takes the claim back when the process ends, however it ends.
+    """Lock a folder against other runs and studies, on all machines that share its disk.
+
+    The operating system releases the lock when the process ends, however it ends.
 
     Raises OutputError: another one works there, or the disk refuses.
     """

@@ -1,4 +1,4 @@
-"""Progress while kernels are compiled, shown by a process of its own.
+"""Progress display during kernel compilation, in a separate process.
 
 Taichi compiles inside one call of up to a minute that holds Python's interpreter: no thread, no
 spinner and no signal handler of this process runs meanwhile. Another process therefore shows the
@@ -63,7 +63,7 @@ def compiling(console: "Console", folders: Sequence[Path] = ()) -> Iterator[None
 
 
 def watch(is_terminal: bool, folders: Sequence[Path]) -> None:
-    """Show the time until stdin says READY, or ends without: the compiling process is gone."""
+    """Show the time until stdin yields READY, or ends without it: the compiling process is gone."""
     said: list[str] = []
     reader = threading.Thread(target=lambda: said.append(sys.stdin.read()), daemon=True)
     reader.start()
@@ -88,7 +88,7 @@ def watch(is_terminal: bool, folders: Sequence[Path]) -> None:
 
 
 def note_end(folder: Path) -> None:
-    """Set the status in a run folder's summary to "interrupted", and say why in its log."""
+    """Set the status in a run folder's summary to "interrupted", and log the reason."""
     summary, partial = folder / "summary.json", folder / ".summary.json.partial"
     try:
         content = json.loads(summary.read_text("utf-8"))

@@ -1,4 +1,4 @@
-"""Progress for people: a live line on a terminal, a plain line now and then elsewhere."""
+"""Progress display: a live line on a terminal, a plain line at intervals elsewhere."""
 
 import time
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ LEAST_SHARES = 8  # unbalanced shares of which a trend can be told
 
 @contextmanager
 def phase(console: Console, text: str) -> Iterator[None]:
-    """Show what the block does: beside a spinner on a terminal, as a line elsewhere."""
+    """Show `text` during the block: beside a spinner on a terminal, as a line elsewhere."""
     if console.is_terminal:
         with console.status(text):
             yield
@@ -24,8 +24,9 @@ def phase(console: Console, text: str) -> Iterator[None]:
 
 
 class SettlingOutlook:
-    """How a static run settles once its loads are there: the unbalanced share of its forces, wanted
-    below `tolerance`, how fast it falls in wall time, and when it will be there.
+    """Estimate of when a static run reaches equilibrium once its loads are fully applied.
+
+    It extrapolates the unbalanced fraction of the forces over wall time down to `tolerance`.
     """
 
     def __init__(self, tolerance: float) -> None:
@@ -34,16 +35,16 @@ class SettlingOutlook:
         self.shares: list[float] = []
 
     def see(self, wall: float, share: float) -> None:
-        """An unbalanced share at a wall time [s]; one that was seen before says nothing new."""
+        """Record an unbalanced fraction at a wall time [s]; a repeated value is ignored."""
         if not self.shares or share != self.shares[-1]:
             self.walls.append(wall)
             self.shares.append(share)
 
     @property
     def time_for_a_tenth(self) -> float:
-        """Wall time [s] in which the share falls tenfold, by its last half; NaN where it does not.
+        """Wall time [s] of a tenfold fall, from the last half of the values; NaN without a fall.
 
-        The body swings while it settles: a line is laid through the logarithms.
+        The body oscillates while it settles: a line is fitted to the logarithms.
         """
         late = slice(len(self.shares) // 2, None)
         shares = np.array(self.shares[late])
@@ -53,7 +54,7 @@ class SettlingOutlook:
         return -1.0 / slope if slope < 0.0 else float("nan")
 
     def describe(self) -> str:
-        """For people."""
+        """Return the state of settling as a line of text."""
         if not self.shares:
             return "settling"
         share, pace = self.shares[-1], self.time_for_a_tenth
@@ -67,7 +68,7 @@ class SettlingOutlook:
 
 
 class GoalOutlook:
-    """Estimates when a body reaches its goal, from its mean speed since the display began."""
+    """Estimate of when a body reaches its goal, from its mean speed since the display began."""
 
     def __init__(self) -> None:
         self.began: tuple[float, float] | None = None
@@ -75,8 +76,8 @@ class GoalOutlook:
     def left(self, now: float, share: float) -> float:
         """Return the simulated time [s] that is left at the simulated time `now` [s].
 
-        share: of the way to the goal that is covered, from 0 to 1. The result is infinite as long
-        as nothing was gained.
+        share: covered fraction of the distance to the goal, from 0 to 1. The result is infinite
+        as long as there is no progress.
         """
         if self.began is None:
             self.began = now, share
@@ -85,10 +86,11 @@ class GoalOutlook:
 
 
 class ProgressReport:
-    """Shows simulated time, speed, time left, energy error and contact count; of a body that has a
-    goal, how far it is; of a static run whose loads are there, how it settles.
+    """Display of simulated time, speed, time left, energy error and contact count.
 
-    tolerance: of the unbalanced share of forces, NaN of a dynamic run.
+    For a body with a goal it also shows the covered distance; for a static run whose loads are
+    fully applied, how it settles. tolerance: of the unbalanced fraction of the forces, NaN for a
+    dynamic run.
     """
 
     def __init__(self, console: Console, end: float, start: float, tolerance: float) -> None:
@@ -159,6 +161,6 @@ class ProgressReport:
         return f"{far}, ETA {to_goal:.0f} s"
 
     def close(self) -> None:
-        """Take the live line away."""
+        """Remove the live line."""
         if self.progress is not None:
             self.progress.stop()

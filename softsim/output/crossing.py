@@ -1,6 +1,6 @@
-"""Whether a body has crossed its ground: its rear end is past the goal within the time of the run.
+"""Verdict on a body that crosses an obstacle: passed if its rear end gets past the goal in time.
 
-What is told of one that has not follows from the way of its ends alone.
+The reason for a body that has not passed follows from the motion of its ends alone.
 """
 
 from collections.abc import Mapping
@@ -18,13 +18,13 @@ STANDS = 0.02  # of its length: what stands gains less in the LATE part of the r
 
 
 def end_readings(crossing: Crossing, x: np.ndarray) -> dict[str, float]:
-    """Where the body's rear and front end are, all nodes being at x (n, d) [m]."""
+    """Return the positions of the body's rear and front end [m], with all nodes at x (n, d) [m]."""
     places = x[crossing.nodes, 0]
     return {"rear_x": float(places.min()), "front_x": float(places.max())}
 
 
 class CrossingCondition:
-    """Ends a run when the body has crossed, or has come no farther for all its patience."""
+    """Stop condition: the body has crossed, or has made no progress for its patience."""
 
     name = "crossing"
 
@@ -35,7 +35,6 @@ class CrossingCondition:
         self.since = 0.0  # [s]
 
     def see_row(self, row: Mapping[str, float]) -> None:
-        """A row of the history."""
         t, rear = row["time"], row["rear_x"]
         if rear > self.farthest + STANDS * (row["front_x"] - rear):
             self.farthest, self.since = rear, t
@@ -44,7 +43,7 @@ class CrossingCondition:
 
 
 def crossing_report(crossing: Crossing, history: Mapping[str, np.ndarray]) -> dict[str, Any]:
-    """The verdict, 1 or 0 as `passed`, when [s], how far its ends came [m], in words why not."""
+    """Return the verdict, `passed` as 1 or 0, its time [s], the farthest ends [m], a sentence."""
     t, rear, front = history["time"], history["rear_x"], history["front_x"]
     passed = bool(rear.max() > crossing.goal)
     when = float(t[np.argmax(rear > crossing.goal)]) if passed else None
@@ -60,7 +59,7 @@ def crossing_report(crossing: Crossing, history: Mapping[str, np.ndarray]) -> di
 
 
 def why_stuck(crossing: Crossing, t: np.ndarray, rear: np.ndarray, front: np.ndarray) -> str:
-    """Why a body has not crossed: it slipped back, else time was too short, else it stands."""
+    """Return why a body has not crossed: it slipped back, ran out of time, or stands still."""
     length = float(np.median(front - rear))
     back = rear.max() - rear[-1]
     place = f"its front is at x = {1e3 * front[-1]:.4g} mm"

@@ -29,7 +29,7 @@ CELL_TYPES = {(2, 3): 5, (2, 4): 9, (3, 3): 5, (3, 4): 10, (3, 8): 12}
 """VTK's number of a cell, by dimension of the points and nodes a cell."""
 
 FORMAT = ("v110", "v110")
-"""HDF5 1.10's file format: the oldest that knows the single-writer mode, so that ParaView reads."""
+"""File format of HDF5 1.10: the oldest with the single-writer mode, so that ParaView reads it."""
 
 ROOT, STEPS, TIMES = "VTKHDF", "VTKHDF/Steps", "VTKHDF/Steps/Values"
 POINT_DATA, CELL_DATA = "VTKHDF/PointData", "VTKHDF/CellData"
@@ -37,7 +37,7 @@ OWN, EXTRA, SETS = "softsim", "softsim/frames", "softsim/sets"
 
 
 class FieldWriter:
-    """Writes results.vtkhdf.
+    """Writer of results.vtkhdf.
 
     points: (n, 2 or 3) reference positions [m]. cells: (m, corners) nodes of each cell: triangles,
     quadrilaterals in the plane, tetrahedra or hexahedra in space; corners may be repeated, as in
@@ -88,7 +88,7 @@ class FieldWriter:
             self.last_time = float(times[kept - 1])
 
     def describe(self, **entries: np.ndarray | str | Arrays) -> None:
-        """Store what holds for the whole run: arrays, texts, or `sets`, node-set name -> nodes.
+        """Store data of the whole run: arrays, texts, or `sets`, node-set name -> nodes.
 
         For the figures: walls (w, 2 d), a point of each [m] and its normal into the free side;
         pipes (p, 7), a point on the axis, its direction, the radius [m];
@@ -176,10 +176,10 @@ class Series(Protocol):
     """One array over the frames: series[0], series[-1]."""
 
     def __getitem__(self, index: int) -> np.ndarray:
-        """The array of a frame."""
+        """Return the array of a frame."""
 
     def at(self, indices: Iterable[int]) -> list[np.ndarray]:
-        """The arrays of several frames."""
+        """Return the arrays of several frames."""
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ class SeriesInMemory:
         return self.arrays[index]
 
     def at(self, indices: Iterable[int]) -> list[np.ndarray]:
-        """The arrays of several frames."""
+        """Return the arrays of several frames."""
         return [self.arrays[index] for index in indices]
 
 
@@ -215,8 +215,9 @@ class FrameSeries:
         return self.at([index])[0]
 
     def at(self, indices: Iterable[int]) -> list[np.ndarray]:
-        """The arrays of several frames: the file is opened once, which takes longer than to read a
-        small array.
+        """Return the arrays of several frames.
+
+        The file is opened only once, as that takes longer than reading a small array.
         """
         numbers = [range(self.frames)[index] for index in indices]
         with _opened(self.path) as file:
@@ -250,7 +251,7 @@ class Frames:
 
 
 def read_frames(path: Path | str) -> Frames:
-    """Open the frames of a run, of a running or a killed one too.
+    """Open the frames of a run, which may be running or killed.
 
     Raises OutputError if there is no such file or it is not softsim's.
     """
@@ -278,7 +279,7 @@ def read_frames(path: Path | str) -> Frames:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[h5py.File]:
-    """The file for reading, also one that a killed run left or a run is writing.
+    """Open the file for reading, also one that a killed run left or a run is writing.
 
     Raises OutputError if there is none, it is not softsim's, or it is found damaged in the block.
     """
@@ -328,7 +329,7 @@ def _has_writer(path: Path) -> bool:
 
 @contextmanager
 def _single_writer(path: Path) -> Iterator[h5py.File]:
-    """The file in single-writer mode from the moment it opens: h5py's own switch comes later."""
+    """Open the file in single-writer mode from the start: h5py's own switch comes later."""
     access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
     access.set_libver_bounds(h5py.h5f.LIBVER_V110, h5py.h5f.LIBVER_V110)
     access.set_file_locking(False, False)  # a ParaView that has the file open must not stop a run
@@ -342,7 +343,7 @@ def _single_writer(path: Path) -> Iterator[h5py.File]:
 
 @contextmanager
 def _replaced(path: Path) -> Iterator[h5py.File]:
-    """A copy of the file to change freely, which takes the file's place at the end."""
+    """Yield a copy of the file to change, which replaces the file at the end."""
     with replacing(path) as partial, h5py.File(partial, "w", libver=FORMAT) as new:
         with _opened(path) as old:
             require_room(path, path.stat().st_size)
@@ -370,7 +371,7 @@ def _write_mesh(file: h5py.File, points: np.ndarray, cells: np.ndarray) -> None:
 
 
 def _step(time: float, index: int, frame: Arrays) -> dict[str, np.ndarray]:
-    """What VTK asks about step `index`: its time, where its mesh and its arrays begin."""
+    """Return the VTKHDF entries of step `index`: its time, the offsets of mesh and arrays."""
     offsets = {
         f"{STEPS}/{group}Offsets/{key}": np.array([index * len(rows)])
         for group, key, rows in ((*name.split("/")[1:], rows) for name, rows in frame.items())
@@ -388,7 +389,7 @@ def _step(time: float, index: int, frame: Arrays) -> dict[str, np.ndarray]:
 
 
 def _declare(file: h5py.File, frame: Arrays) -> None:
-    """Create the arrays that a frame adds its rows to, without a row."""
+    """Create the arrays of a frame, without rows."""
     for name, rows in frame.items():
         chunk = (max(len(rows), 64 if rows.ndim == 1 else 1), *rows.shape[1:])
         file.create_dataset(
@@ -426,12 +427,12 @@ def _times(file: h5py.File) -> np.ndarray:
 
 
 def _rows(file: h5py.File, group: str) -> int:
-    """Rows a frame has in the arrays of `group`."""
+    """Return the number of rows of a frame in the arrays of `group`."""
     counts = {POINT_DATA: "NumberOfPoints", CELL_DATA: "NumberOfCells"}
     return int(file[f"{ROOT}/{counts[group]}"][0]) if group in counts else 1
 
 
 def _vectors(array: np.ndarray) -> np.ndarray:
-    """The array, with a third column where it has two."""
+    """Return the array, with a third column of zeros if it has two columns."""
     array = np.asarray(array)
     return np.pad(array, ((0, 0), (0, 1))) if array.shape[1:] == (2,) else array

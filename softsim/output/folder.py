@@ -1,4 +1,4 @@
-"""The run folder: what its files are called, and how they are written without ever being half."""
+"""The run folder: the names of its files, and functions that write them atomically."""
 
 import json
 import math
@@ -19,7 +19,7 @@ CHECKPOINT = "checkpoint.h5"
 LOG = "run.log"
 
 WRITTEN_ANEW = "run with --resume to write it again; for a case of a study, remove its folder"
-"""The way out where a file is damaged that a run writes whatever was there."""
+"""Hint for a damaged file that a run writes again in any case."""
 
 RESERVE = 64 * 2**20
 """Free space that a run must find when it starts [bytes]: a fine plane run's files fit in it."""
@@ -55,7 +55,7 @@ class RunFolder:
             )
 
     def write_text_atomic(self, name: str, text: str) -> None:
-        """Put `text` (UTF-8) into the file `name`: a reader finds the old or the new, never a part.
+        """Write `text` (UTF-8) to the file `name`: a reader finds the old or the new, never a part.
 
         Raises OutputError if the disk refuses.
         """
@@ -63,9 +63,9 @@ class RunFolder:
             stream.write(text)
 
     def write_json_atomic(self, name: str, content: Mapping[str, Any]) -> None:
-        """The same for a dictionary, as JSON; NumPy values become plain ones, paths become text.
+        """Write a dictionary as JSON, atomically; NumPy values become plain, paths become text.
 
-        JSON has no NaN and no infinity: both become null, which every reader knows.
+        JSON has no NaN and no infinity: both become null.
         Raises OutputError if the disk refuses, TypeError for a value that JSON cannot hold.
         """
         text = json.dumps(json_value(content), indent=2, ensure_ascii=False, allow_nan=False)
@@ -73,7 +73,7 @@ class RunFolder:
 
 
 def read_summary(folder: Path) -> dict[str, Any]:
-    """What summary.json of a run folder holds; nothing where there is none.
+    """Return the content of summary.json in a run folder; empty if there is none.
 
     Raises OutputError where it is damaged.
     """
@@ -82,7 +82,7 @@ def read_summary(folder: Path) -> dict[str, Any]:
 
 
 def read_json(file: Path, hint: str) -> dict[str, Any]:
-    """The dictionary in a JSON file. Raises OutputError with `hint` where there is none."""
+    """Return the dictionary in a JSON file. Raises OutputError with `hint` if there is none."""
     try:
         found = json.loads(file.read_text("utf-8"))
         if not isinstance(found, dict):
@@ -94,7 +94,7 @@ def read_json(file: Path, hint: str) -> dict[str, Any]:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A file beside `path` to write to, which takes the place of `path` at the end of the block.
+    """Yield a temporary file to write to, which replaces `path` at the end of the block.
 
     Its bytes are on the disk before its name is. If the block fails, `path` stays as it was and
     nothing is left beside it. Raises OutputError if the disk refuses.
@@ -113,7 +113,7 @@ def replacing(path: Path) -> Iterator[Path]:
 def require_room(path: Path, size: int) -> None:
     """Raise OutputError unless the disk of `path` has `size` bytes and the MARGIN.
 
-    For writers that cannot be told of a full disk: HDF5 may bring down the whole process.
+    For writers that cannot handle a full disk: HDF5 may crash the whole process.
     """
     free = shutil.disk_usage(path.parent).free
     if free < size + MARGIN:
@@ -127,7 +127,7 @@ def require_room(path: Path, size: int) -> None:
 
 @contextmanager
 def explained(path: Path) -> Iterator[None]:
-    """Turn an OSError of the block into an OutputError that names `path` and the room left."""
+    """Turn an OSError of the block into an OutputError that names `path` and the free space."""
     try:
         yield
     except OSError as error:
@@ -154,7 +154,7 @@ def _megabytes(size: int) -> str:
 
 
 def json_value(value: Any) -> Any:
-    """`value` as JSON can hold it: plain numbers, lists and dictionaries; NaN, infinity: None."""
+    """Return `value` in JSON types: numbers, lists, dictionaries; NaN and infinity as None."""
     if hasattr(value, "tolist"):  # a NumPy scalar or array
         value = value.tolist()
     if isinstance(value, float):

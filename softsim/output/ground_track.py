@@ -1,7 +1,8 @@
-"""The track of a robot in space over the ground: how fast it walks, how tightly it turns.
+"""The track of a robot in space over the ground: its speed and curvature.
 
-Told of the second half of a run. The robot looks along the x of its frame, up is y, and the left of
-x seen from above is -z. The place followed is that of a probe, its mean over a turn of the motor.
+They are measured over the second half of a run. The robot looks along the x of its frame, up is y,
+and the left of x seen from above is -z. The track is the position of a probe, averaged over a turn
+of the motor.
 """
 
 from collections.abc import Mapping
@@ -13,14 +14,17 @@ from softsim.model import Model
 from softsim.output.path_circle import curvature, running_mean
 
 LEAST_TURNS = 10
-"""Of the slowest motor in the half of the run of which the track is told."""
+"""Fewest turns of the slowest motor in the measured half of the run."""
 
 TOLD_LATE = ("curvature", "turning_rate", "speed")
 
 
 def track_report(model: Model, history: Mapping[str, np.ndarray]) -> dict[str, float | None]:
-    """Curvature [1/m] and turning rate [rad/s], positive to the left, speed ahead [m/s], None where
-    the run is too short for them; displacements forward and to the left [m] of the whole run.
+    """Return curvature, turning rate, speed and displacements of the robot.
+
+    Curvature [1/m] and turning rate [rad/s] are positive to the left, the speed [m/s] is that
+    ahead; they are None if the run is too short. The displacements forward and to the left [m]
+    are of the whole run.
     """
     name = model.robot.track
     path = np.column_stack([history[f"{name}_x"], -history[f"{name}_z"]])
@@ -47,8 +51,9 @@ def track_report(model: Model, history: Mapping[str, np.ndarray]) -> dict[str, f
 
 
 def way_ahead(path: np.ndarray, yaw: np.ndarray) -> float:
-    """How far a path (rows, 2) goes where the robot looks, backwards subtracted [m]; yaw (rows,)
-    [rad].
+    """Return the length [m] of a path (rows, 2) along the heading of the robot.
+
+    Backward motion is subtracted. yaw (rows,) [rad].
     """
     mean = 0.5 * (yaw[1:] + yaw[:-1])
     ahead = np.column_stack([np.cos(mean), np.sin(mean)])

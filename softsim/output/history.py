@@ -104,7 +104,7 @@ def read_units(path: Path | str) -> dict[str, str]:
 
 
 def _rows_until(path: Path, units: Mapping[str, str], time: float) -> list[str]:
-    """The lines of a history's rows up to `time` [s]. Raises OutputError: its columns differ."""
+    """Return the lines of a history's rows up to `time` [s]. Raises OutputError: its columns differ."""
     lines, header = _whole_lines(path), _header(units)
     if "".join(lines[:2]) != header:
         raise OutputError(
@@ -122,7 +122,7 @@ def _header(units: Mapping[str, str]) -> str:
 
 
 def _numbers(path: Path, lines: list[str], count: int) -> np.ndarray:
-    """The rows' numbers, (rows, count)."""
+    """Return the numbers of the rows, (rows, count)."""
     rows = np.empty((len(lines), count))
     for i, line in enumerate(lines):
         numbers = line.split(",")
@@ -139,7 +139,7 @@ def _numbers(path: Path, lines: list[str], count: int) -> np.ndarray:
 
 
 def _whole_lines(path: Path) -> list[str]:
-    """The lines that end, the header's two at least; a killed run leaves one that does not."""
+    """Return the complete lines, the header's two at least; a killed run leaves one that does not."""
     try:
         # A byte that is no UTF-8 becomes a character that no number and no name has.
         with path.open(encoding="utf-8", errors="replace", newline="") as stream:

@@ -1,4 +1,4 @@
-"""What a run says of its robot, from its history, and whether its scene expects that."""
+"""Measures of a run, computed from its history, and their comparison with the scene's `expect`."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -25,8 +25,9 @@ NEARLY_HIGHEST = 0.99
 
 
 def measures(model: Model, history: History) -> dict[str, Any]:
-    """Name -> what was found, SI; lists have an entry a pressure cycle, or a row of spikes; None:
-    cannot be told.
+    """Return the measures of a run, name -> value in SI; None if a value cannot be determined.
+
+    Lists have an entry for each pressure cycle, or for each row of spikes.
     """
     if len(history["time"]) == 0:
         return {}
@@ -151,7 +152,7 @@ def frame_motion(model: Model, history: Mapping[str, np.ndarray]) -> dict[str, A
 
 
 def cycle_measures(model: Model, history: History) -> dict[str, Any]:
-    """Pressure cycles done; pressures [Pa] where each deflation began and ended, if controlled."""
+    """Return the number of cycles done; if controlled, the pressures [Pa] around each deflation."""
     cycles = whole_cycles(model, history)
     found: dict[str, Any] = {"cycles_done": len(cycles)}
     if "phase" in history:
@@ -163,24 +164,24 @@ def cycle_measures(model: Model, history: History) -> dict[str, Any]:
 
 
 def mean_speed(cycles: list[Cycle], t: np.ndarray, x: np.ndarray) -> float | None:
-    """Displacement over time [m/s] of the whole cycles, of the whole run where there is none."""
+    """Return the mean velocity [m/s] over the whole cycles, or over the run if there are none."""
     end = cycles[-1].end if cycles else t[-1]
     return float((np.interp(end, t, x) - x[0]) / (end - t[0])) if end > t[0] else None
 
 
 def displacement_per_cycle(cycles: list[Cycle], t: np.ndarray, x: np.ndarray) -> list[float]:
-    """From the end of the cycle before, or the start, to the end of each [m]."""
+    """Return the displacement [m] in each cycle, from the end of the previous one, or the start."""
     displacements: list[float] = np.diff(np.interp([0.0, *(c.end for c in cycles)], t, x)).tolist()
     return displacements
 
 
 def displacement_while_falling(cycles: list[Cycle], t: np.ndarray, x: np.ndarray) -> list[float]:
-    """From the begin to the end of each cycle's fall of the pressure [m]."""
+    """Return the displacement [m] during the falling pressure of each cycle."""
     return [float(np.diff(np.interp([c.fall_begin, c.fall_end], t, x))[0]) for c in cycles]
 
 
 def rows_at_highest(history: History) -> float | None:
-    """Median of the rows of spikes in contact while the pressure is highest; None without one."""
+    """Return the median count of rows in contact at the highest pressure; None without one."""
     if "pressure" not in history or not (history["pressure"] > 0.0).any():
         return None
     pressure = history["pressure"]
@@ -189,14 +190,14 @@ def rows_at_highest(history: History) -> float | None:
 
 
 def slip_share(history: History) -> float | None:
-    """Share of the walls' normal impulse that slipping nodes carried [-]; None without contact."""
+    """Return the fraction of the normal impulse on slipping nodes [-]; None without contact."""
     impulse = interval_integrals(history["time"], history["wall_force_normal"])
     whole = impulse.sum()
     return float((history["slip_share"] * impulse).sum() / whole) if whole > 0.0 else None
 
 
 def mean_pull(history: History) -> float | None:
-    """Mean tension of the first tendon over the whole run [N]."""
+    """Return the mean tension of the first tendon over the whole run [N]."""
     t = history["time"]
     span = t[-1] - t[0]
     return float(interval_integrals(t, history["pull"]).sum() / span) if span > 0.0 else None
@@ -214,17 +215,18 @@ def probe_readings(model: Model, history: History) -> dict[str, dict[str, float]
 
 
 def failed_expectations(expect: Expect, found: dict[str, Any]) -> str | None:
-    """What `expect` demands and `found` (name -> value, or values that all count) does not keep.
+    """Return a message on the expectations that are not met; None if all are met.
 
-    None if all is as expected.
+    found: name -> value, or list of values that must all be within the limits.
     """
     wrong = [*other_verdict(expect, found), *outside_limits(expect, found)]
     return "expectation of the scene not met: " + "; ".join(wrong) if wrong else None
 
 
 def other_verdict(expect: Expect, found: dict[str, Any]) -> Iterator[str]:
-    """The verdict or the exit of a layout, where it is not the expected one; unfinished is never
-    expected.
+    """Yield a text if the verdict or exit of a layout is not the expected one.
+
+    The verdict `unfinished` is never expected.
     """
     layout = found.get("layout", {"verdict": None, "sentence": "none"})
     if expect.passes is not None:
@@ -236,7 +238,7 @@ def other_verdict(expect: Expect, found: dict[str, Any]) -> Iterator[str]:
 
 
 def outside_limits(expect: Expect, found: dict[str, Any]) -> Iterator[str]:
-    """Values outside the limits that the scene gives for them."""
+    """Yield a text for each value outside the limits that the scene gives for it."""
     for name, limits in expect:
         if not isinstance(limits, Range):
             continue

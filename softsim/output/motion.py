@@ -1,4 +1,4 @@
-"""Pressure cycles, and how a robot moved within them."""
+"""Pressure cycles, and the motion of a robot within them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ BEGUN, ARRIVED = 0.05, 0.95
 
 
 def whole_cycles(model: Model, history: Mapping[str, np.ndarray]) -> list[Cycle]:
-    """The cycles of the pressure in the robot's chamber that have ended within a history."""
+    """Return the cycles of the pressure in the robot's chamber that ended within a history."""
     drive = None if model.chamber is None else model.chamber.drive.course
     if isinstance(drive, GivenPressure):
         until = history["time"][-1]
@@ -29,9 +29,9 @@ def whole_cycles(model: Model, history: Mapping[str, np.ndarray]) -> list[Cycle]
 
 
 def controlled_cycles(history: Mapping[str, np.ndarray]) -> list[Cycle]:
-    """The cycles of a controlled pressure that have ended, from the columns cycle and phase.
+    """Return the finished cycles of a controlled pressure, from the columns cycle and phase.
 
-    A row shows the phase in which it was felt: the last one of a deflation is where that ended.
+    A row holds the phase in which it was measured: the last row of a deflation marks its end.
     """
     t, number, falls = history["time"], history["cycle"], history["phase"] == Phase.DEFLATION
     cycles = []
@@ -44,25 +44,25 @@ def controlled_cycles(history: Mapping[str, np.ndarray]) -> list[Cycle]:
 
 
 def fall_begins(pressure: np.ndarray) -> np.ndarray:
-    """Rows at which a pressure (rows,) that rose or rested begins to fall."""
+    """Return the rows at which a pressure (rows,) that rose or was constant begins to fall."""
     change = np.sign(np.diff(pressure))
     return np.flatnonzero((change[1:] < 0) & (change[:-1] >= 0)) + 1
 
 
 @dataclass(frozen=True)
 class Walk:
-    """Rows of a history at which a robot that moved forward set off and had arrived."""
+    """Rows of a history at which a forward motion of the robot started and ended."""
 
     onset: int
     end: int
 
 
 def forward_walk(x: np.ndarray) -> Walk | None:
-    """When the places x (rows,) [m] go forward; None where they do so by less than what elastic
-    recoil explains, the way that they went back before, and LEAST_PROGRESS.
+    """Return the forward motion in the positions x (rows,) [m]; None if there is none.
 
-    Progress counts from where the robot has been drawn back to before it walks: the walk is the
-    largest rise of x over an earlier minimum. What it slides back later does not count.
+    Progress counts from the position to which the robot was drawn back before it walks: the walk
+    is the largest rise of x over an earlier minimum. It must exceed the recoil before it by
+    LEAST_PROGRESS, as elastic recoil alone explains less. Later backward sliding is ignored.
     """
     if len(x) == 0:
         return None
@@ -78,8 +78,9 @@ def forward_walk(x: np.ndarray) -> Walk | None:
 def walk_pressures(
     cycle: Cycle, t: np.ndarray, x: np.ndarray, pressure: np.ndarray
 ) -> tuple[float | None, float | None]:
-    """Pressures [Pa] at which the robot began to move and ended within the fall of a cycle: P_M3^B
-    and P_M3^S of the thesis, as found; None where it did not move.
+    """Return the pressures [Pa] at which the robot started and stopped within the fall of a cycle.
+
+    They are P_M3^B and P_M3^S of the thesis, as found; None if the robot did not move.
 
     t [s], x [m], pressure [Pa]: columns (rows,) of the history.
     """

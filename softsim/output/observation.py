@@ -1,4 +1,4 @@
-"""The measurements at a moment of a run: a row of the history, a frame of the fields.
+"""Measurements at one time of a run: a row of the history, a frame of the fields.
 
 Contact quantities are averages over the interval since the last row, so that the vibration of the
 motor does not alias into them; a row of spikes is in contact if it touched within the interval.
@@ -32,8 +32,9 @@ from softsim.solver.wall_contact import wall_contact
 
 
 def columns(model: Model) -> dict[str, str]:
-    """Columns of the history of a model -> unit: of what it has. Energies carry ABAQUS's names in
-    comments.
+    """Return the columns of the history of a model, name -> unit.
+
+    Comments give the ABAQUS names of the energies.
     """
     axes = "xyz"[: model.dimension]
     chamber = model.chamber
@@ -88,13 +89,13 @@ def columns(model: Model) -> dict[str, str]:
 
 
 def hourglass_columns(model: Model) -> dict[str, str]:
-    """Columns of hourglass modes -> unit, of a model whose elements have any."""
+    """Return the columns of hourglass modes -> unit; empty if the elements have none."""
     found = any(region.has_hourglass_modes for region in model.regions)
     return {"hourglass_energy": "J"} if found else {}  # ALLAE: a part of the internal one
 
 
 def frame_columns(axes: str) -> dict[str, str]:
-    """Columns of the robot's frame -> unit; axes: of the model."""
+    """Return the columns of the robot's frame -> unit; axes: of the model."""
     found = {f"frame_{a}": "m" for a in axes} | {"frame_angle": "rad"}  # about z
     if axes == "xyz":
         found |= {f"frame_rotation_{a}": "rad" for a in axes}  # rotation vector
@@ -105,7 +106,7 @@ PROBE_UNITS = {"displacement": "m", "radius": "m", "reaction": "N", "volume": "m
 
 
 def probe_values(scenario: Scenario, probe: Probe, x: np.ndarray) -> np.ndarray:
-    """What a probe reads now, with the nodes at x (n, d)."""
+    """Return the current values (columns,) of a probe, SI, with the nodes at x (n, d) [m]."""
     if probe.kind == "volume":
         return np.array([probe.geometry.enclosed_volume(x, probe.members)])
     if probe.kind == "radius":
@@ -128,7 +129,7 @@ class Observation:
 
 
 class Observer:
-    """Measures a scenario, row by row. What does not change from row to row is asked for once."""
+    """Observer of a scenario, row by row; it stores what does not change between rows."""
 
     def __init__(self, scenario: Scenario, reader: EnergyReader, balance: EnergyBalance) -> None:
         self.scenario, self.reader, self.balance = scenario, reader, balance
@@ -142,8 +143,9 @@ class Observer:
             self.areas[body.nodes] = body.surface_areas
 
     def observe(self, interval: float) -> Observation:
-        """Measure, the reader being just updated; `interval` [s] since the contact impulses of the
-        scenario were cleared.
+        """Return the current row of the history; the energy reader must be up to date.
+
+        interval: time since the contact impulses of the scenario were cleared [s].
         """
         scenario, reader, model = self.scenario, self.reader, self.scenario.model
         energies, walls = reader.of_scenario(scenario.number), wall_contact(scenario)
@@ -188,7 +190,7 @@ class Observer:
         return Observation(row, energies)
 
     def _of_places(self, x: np.ndarray) -> dict[str, float]:
-        """What follows from the places of all nodes, x (n, d) [m]."""
+        """Return the columns that depend on the positions of all nodes, x (n, d) [m]."""
         model = self.scenario.model
         found: dict[str, float] = {}
         if model.crossing is not None:
@@ -201,7 +203,7 @@ class Observer:
 
 
 def chamber_readings(scenario: Scenario, load: FollowerPressure) -> dict[str, float]:
-    """Pressure of a chamber, and its volume where it is driven by that."""
+    """Return the pressure of a chamber, and its volume if its pressure source needs that."""
     term = scenario.term_of(load)
     drive = term.drives[scenario.number]
     if isinstance(drive, GivenPressure):
@@ -219,13 +221,13 @@ def chamber_readings(scenario: Scenario, load: FollowerPressure) -> dict[str, fl
 
 
 def several_chambers(model: Model) -> dict[str, FollowerPressure]:
-    """The chambers of a robot that has several, by the column of the pressure of each."""
+    """Return the chambers by the column of their pressure; empty for fewer than two."""
     chambers = model.pressures
     return {f"{CHAMBER_PRESSURE}{c.name}": c for c in chambers} if len(chambers) > 1 else {}
 
 
 def parts_pressed(model: Model) -> dict[str, np.ndarray]:
-    """Nodes of the robot's rows and sides, by the column of the force of walls on them."""
+    """Return the nodes of the robot's rows and sides, by the column of the wall force on them."""
     robot = model.robot
     rows = {f"{ROW_FORCE}{name}": nodes for name, nodes in robot.rows.items()}
     return rows | {f"{SIDE_FORCE}{name}": nodes for name, nodes in robot.sides.items()}
@@ -233,8 +235,10 @@ def parts_pressed(model: Model) -> dict[str, np.ndarray]:
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a rigid body's centre, as the scene gives it, is now (d,) [m], and its orientation, a
-    quaternion (w, x, y, z).
+    """Current pose of a rigid body.
+
+    centre: position of the centre given in the scene (d,) [m]. orientation: quaternion
+    (w, x, y, z).
     """
 
     centre: np.ndarray
@@ -242,7 +246,7 @@ class Pose:
 
     @property
     def angle(self) -> float:
-        """Turn about z [rad], continuous up to a whole turn either way."""
+        """Rotation about z [rad], continuous up to a whole turn in either direction."""
         return float(2.0 * np.arctan2(self.orientation[3], self.orientation[0]))
 
     @property
@@ -256,7 +260,7 @@ class Pose:
 
 
 def frame_pose(scenario: Scenario, body: int) -> Pose:
-    """Where a rigid body is now."""
+    """Return the current pose of a rigid body."""
     bodies = scenario.terms.rigid_bodies
     moved = (bodies.centre, bodies.orientation, bodies.rotation)
     centre, orientation, rotation = (scenario.read(field)[body] for field in moved)
@@ -266,7 +270,7 @@ def frame_pose(scenario: Scenario, body: int) -> Pose:
 
 
 def frame_readings(pose: Pose) -> dict[str, float]:
-    """Place and turn of the robot's frame."""
+    """Return the position [m] and rotation [rad] of the robot's frame, by column."""
     now = {f"frame_{a}": float(c) for a, c in zip("xyz", pose.centre, strict=False)}
     now["frame_angle"] = pose.angle
     if len(pose.centre) == 3:
@@ -277,7 +281,7 @@ def frame_readings(pose: Pose) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Frame:
-    """Fields of a moment, as FieldWriter.append takes them."""
+    """Fields at one time, in the form of FieldWriter.append."""
 
     point_data: dict[str, np.ndarray]
     cell_data: dict[str, np.ndarray]
@@ -285,13 +289,13 @@ class Frame:
 
 
 def mesh_of(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """All bodies as one mesh: points (n, d) [m], cells (m, corners)."""
+    """Return all bodies as one mesh: points (n, d) [m], cells (m, nodes per cell)."""
     points = np.concatenate([b.points for b in model.bodies])
     return points, np.concatenate([b.cells + b.first_node for b in model.bodies])
 
 
 def frame(scenario: Scenario, further: Sequence[str]) -> Frame:
-    """Fields of a scenario now; further: those of `output.fields`."""
+    """Return the current fields of a scenario; further: names from `output.fields`."""
     model = scenario.model
     x = scenario.positions()
     measured = [[measure_elements(r, x[r.nodes]) for r in b.regions] for b in model.bodies]
@@ -328,7 +332,7 @@ def frame(scenario: Scenario, further: Sequence[str]) -> Frame:
 
 
 def wall_forces(scenario: Scenario) -> np.ndarray:
-    """Force of all walls on each node now (n, d) [N]."""
+    """Return the current force of all walls on each node (n, d) [N]."""
     found = np.zeros_like(scenario.model.points)
     for walls in scenario.terms.wall_contacts:
         found[scenario.model.contact.nodes] += scenario.read(walls.force)
@@ -336,8 +340,9 @@ def wall_forces(scenario: Scenario) -> np.ndarray:
 
 
 def line_places(model: Model, x: np.ndarray) -> dict[str, np.ndarray]:
-    """Nodes of all cables, and places of all lines inside bodies, (k, d) [m], if there are any; all
-    nodes are at x (n, d) [m].
+    """Return the positions of the nodes of all cables and of all lines inside bodies, (k, d) [m].
+
+    Kinds without members are left out. x: positions of all nodes (n, d) [m].
     """
     lines = {
         "cables": [x[data.cable.nodes] for data in model.cables],
@@ -347,18 +352,18 @@ def line_places(model: Model, x: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def lines_inside(model: Model) -> tuple[Fibre | PulledCable, ...]:
-    """What runs through bodies, and is drawn as a line: fibres, cables in eyelets."""
+    """Return the components inside bodies that are drawn as lines: fibres, cables in eyelets."""
     return (*model.fibres, *model.of_kind(PulledCable))
 
 
 def wall_offsets(model: Model, time: float) -> dict[str, np.ndarray]:
-    """Displacement of each wall (w, d) [m] at a time [s], if there are walls."""
+    """Return the displacement of each wall (w, d) [m] at a time [s], if there are walls."""
     offsets = [wall.offset(time)[: model.dimension] for wall in model.walls]
     return {"wall_offset": np.array(offsets)} if offsets else {}
 
 
 def description(model: Model, title: str) -> dict:
-    """What FieldWriter.describe stores for the figures: walls, outlines, sets, title."""
+    """Return the figure data that FieldWriter.describe stores: walls, outlines, sets, title."""
     outlines, owners = [], []
     for outline in model.outlines:
         shape = outline.shape
@@ -389,7 +394,7 @@ def description(model: Model, title: str) -> dict:
 
 
 def rigid_surfaces(model: Model) -> dict[str, np.ndarray]:
-    """Mesh surfaces of rigid bodies as FieldWriter.describe stores them, if there are any."""
+    """Return the mesh surfaces of rigid bodies for FieldWriter.describe, if there are any."""
     bodies = [(r, body) for r, body in enumerate(model.rigid_bodies) if len(body.faces)]
     if not bodies:
         return {}
@@ -404,8 +409,9 @@ def rigid_surfaces(model: Model) -> dict[str, np.ndarray]:
 
 
 def drawn_walls(walls: Sequence[Wall]) -> dict[str, np.ndarray]:
-    """What the walls keep for the figures, those of a kind joined; NAME_owner: the number of the
-    wall that each row of NAME is of.
+    """Return the data of the walls for figures, concatenated by name.
+
+    NAME_owner holds the number of the wall of each row of NAME.
     """
     parts: dict[str, list[np.ndarray]] = {}
     for number, wall in enumerate(walls):

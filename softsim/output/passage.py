@@ -1,7 +1,7 @@
-"""Whether a body gets through a pipe: passed, stuck, or unfinished, decided row by row.
+"""Verdict on the passage of a body through a pipe: passed, stuck, or unfinished.
 
-A robot goes forward in jerks and is drawn back by a millimetre or two whenever the air leaves, so
-what counts is the farthest place that it has reached.
+It is decided row by row. A robot moves forward in jerks and is drawn back by a millimetre or two
+whenever the air leaves, so the farthest position that it has reached counts.
 """
 
 from collections.abc import Mapping
@@ -15,11 +15,11 @@ from softsim.model import Passage
 History = dict[str, np.ndarray]
 
 SEEN = ("time", "arc_length", "cycles_done", "branch")
-"""Columns of a history that tell the verdict."""
+"""Columns of a history that decide the verdict."""
 
 
 class Verdict(str, Enum):
-    """unfinished: the time was up while it still moved."""
+    """Verdict on a passage; unfinished: the time was up while the body still moved."""
 
     PASSED = "passed"
     STUCK = "stuck"
@@ -28,10 +28,10 @@ class Verdict(str, Enum):
 
 @dataclass(frozen=True)
 class Standstill:
-    """A time in which a body gained less than the least progress of its passage.
+    """Period in which a body made less than the least progress of its passage.
 
-    began, duration: when it had last gained as much, and for how long it then did not [s].
-    arc_length, branch: its farthest place at that time [m], and the branch in which that lies.
+    began, duration: time of its last sufficient progress, and time without progress since [s].
+    arc_length, branch: its farthest position at that time [m], and the branch of that position.
     """
 
     began: float
@@ -41,9 +41,11 @@ class Standstill:
 
 
 class PassageCondition:
-    """Follows a body along its pipes; ends a run with the verdict. exit: by which it passed;
-    branch: in which it was at its farthest place. longest_standstill: up to now; idle_cycles: the
-    most whole pressure cycles in a row without the least progress.
+    """Stop condition that follows a body along its pipes and ends a run with the verdict.
+
+    exit: the exit through which the body passed. branch: the branch of its farthest position.
+    longest_standstill: up to now. idle_cycles: the most consecutive whole pressure cycles without
+    the least progress.
     """
 
     name = "layout"
@@ -60,29 +62,30 @@ class PassageCondition:
 
     @property
     def is_over(self) -> bool:
-        """Whether the verdict is there."""
+        """True once there is a verdict."""
         return self.verdict is not Verdict.UNFINISHED
 
     @property
     def patience_used(self) -> float:
-        """Share of the patience that the body has used up at its worst; it is stuck at 1."""
+        """Largest fraction of the patience that the body has used up so far; it is stuck at 1."""
         if self.passage.in_cycles:
             return self.idle_cycles / self.passage.patience
         return self.longest_standstill.duration / self.passage.patience_time
 
     @property
     def way_share(self) -> float:
-        """Share of the way from the start to the goal that the body has covered, from 0 to 1."""
+        """Covered fraction of the path from the start to the goal, from 0 to 1."""
         start, goal = self.passage.start, self.passage.goal_beyond(self.branch)
         return min(1.0, max(0.0, (self.farthest - start) / (goal - start)))
 
     def see_row(self, row: Mapping[str, float]) -> None:
-        """A row of the history, as it is written."""
         self.see(*(row[name] for name in SEEN))
 
     def see(self, time: float, arc_length: float, cycles_done: float, branch: float) -> None:
-        """A row of the history: time [s], arc length of the body's centre [m], how many pressure
-        cycles have ended, and in which branch it is.
+        """Update the verdict with a row of the history.
+
+        time [s]; arc_length: of the body's centre [m]; cycles_done: number of finished pressure
+        cycles; branch: number of the branch of the centre.
         """
         if self.is_over:
             return
@@ -99,7 +102,7 @@ class PassageCondition:
             self.verdict = Verdict.STUCK
 
     def _note_standstill(self, time: float, cycles_done: float) -> None:
-        """Keep the longest time and the most whole cycles since the latest milestone."""
+        """Update the longest time and the most whole cycles without a milestone."""
         standing = time - self.milestone_time
         if standing > self.longest_standstill.duration:
             self.longest_standstill = Standstill(
@@ -111,21 +114,22 @@ class PassageCondition:
         return has_fallen(self.passage, self.farthest - arc_length)
 
     def _has_stopped(self, time: float, cycles_done: float) -> bool:
-        """No progress for as long as the user is patient; cycles count when they are whole."""
+        """Return True if there was no progress for the whole patience; only whole cycles count."""
         if self.passage.in_cycles:
             return cycles_done - self.milestone_cycle >= self.passage.patience
         return time - self.milestone_time >= self.passage.patience_time
 
 
 def has_fallen(passage: Passage, way_back: float) -> bool:
-    """Whether a body that went back so far [m] from its farthest place has lost its grip: by more
-    than its own length, ten times what elastic recoil draws it back.
+    """Return True if a body that moved back by `way_back` [m] from its farthest place has fallen.
+
+    The limit is its own length, ten times the elastic recoil.
     """
     return way_back > passage.length
 
 
 def after_history(passage: Passage, history: History) -> PassageCondition:
-    """The condition after all rows of a history."""
+    """Return the condition after all rows of a history."""
     condition = PassageCondition(passage)
     for row in zip(*(history[name].tolist() for name in SEEN), strict=True):
         condition.see(*row)
@@ -133,8 +137,10 @@ def after_history(passage: Passage, history: History) -> PassageCondition:
 
 
 def last_rows(passage: Passage, history: History) -> np.ndarray:
-    """Which rows (rows,) belong to the last whole cycle; to the last `patience_time` in a run
-    without cycles; all where there is no whole one.
+    """Return a mask (rows,) of the rows of the last whole cycle.
+
+    In a run without cycles it selects the last `patience_time`. Without a whole cycle it selects
+    all rows.
     """
     time, done = history["time"], history["cycles_done"]
     if not passage.in_cycles:

@@ -1,16 +1,16 @@
-"""How tightly a path over the ground turns: the circle that fits it best."""
+"""Curvature of a path over the ground, from the circle that fits it best."""
 
 import numpy as np
 
 
 def running_mean(path: np.ndarray, rows: int) -> np.ndarray:
-    """Means over `rows` places of a path (n, 2), each following each: (n - rows + 1, 2)."""
+    """Return the moving average of a path (n, 2) over `rows` points: (n - rows + 1, 2)."""
     sums = np.cumsum(np.concatenate([np.zeros((1, 2)), path - path[0]]), axis=0)
     return np.asarray(path[0] + (sums[rows:] - sums[:-rows]) / rows)
 
 
 def curvature(path: np.ndarray) -> float:
-    """Of the circle that fits a path (rows, 2) best, positive where it goes to the left [1/m]."""
+    """Return the curvature [1/m] of the circle fitted to a path (rows, 2), positive to the left."""
     x, y = (path - path.mean(axis=0)).T
     if not (x.any() or y.any()):
         return np.nan
@@ -23,7 +23,7 @@ def curvature(path: np.ndarray) -> float:
 
 
 def centre_of_circle(path: np.ndarray) -> np.ndarray:
-    """Of the circle that fits a path (rows, 2) best (2,) [m]; infinite where that is straight."""
+    """Return the centre (2,) [m] of the circle fitted to a path (rows, 2); infinite if straight."""
     x, y = (path - path.mean(axis=0)).T
     a, b, c, _ = _circle(x, y)
     with np.errstate(divide="ignore"):
@@ -31,9 +31,10 @@ def centre_of_circle(path: np.ndarray) -> np.ndarray:
 
 
 def _circle(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float]:
-    """A, B, C of A (x^2 + y^2 - q) + B x + C y, and q, the mean of x^2 + y^2, of points about zero.
+    """Return A, B, C of A (x^2 + y^2 - q) + B x + C y, and q, the mean of x^2 + y^2.
 
-    Taubin's fit (1991): the root mean square of the polynomial over that of its gradient is least.
+    The points x, y (rows,) have zero mean. Taubin's fit (1991) minimizes the root mean square of
+    the polynomial over that of its gradient.
     A straight path has A = 0.
     """
     square = x**2 + y**2

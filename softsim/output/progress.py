@@ -35,7 +35,7 @@ class Progress:
 
     @classmethod
     def written(cls, numbers: dict[str, Any]) -> "Progress":
-        """The progress that `dataclasses.asdict` made into numbers."""
+        """Return the progress from the numbers that `dataclasses.asdict` made of it."""
         schedule = StableStepSchedule(**numbers["schedule"])
         control = numbers["control"]
         state = None if control is None else ControlState.written(control)

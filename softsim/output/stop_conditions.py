@@ -1,4 +1,4 @@
-"""Conditions that end a run before its end time, asked after each row of its history."""
+"""Conditions that end a run before its end time, evaluated after each row of its history."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
@@ -17,26 +17,29 @@ LEAST_ROWS = 16
 
 
 class StopCondition(Protocol):
-    """Decides from the rows of the history alone, so that a resumed run decides alike."""
+    """Interface of a stop condition.
+
+    It depends on the rows of the history alone, so that a resumed run ends at the same row.
+    """
 
     @property
     def name(self) -> str:
-        """What the summary says has ended the run."""
+        """Name of the condition in the summary of a run that it ended."""
 
     @property
     def is_over(self) -> bool:
         """True if the run is to end."""
 
     def see_row(self, row: Mapping[str, float]) -> None:
-        """A row of the history, as it is written: column -> number, SI."""
+        """Process a row of the history: column -> number, SI."""
 
 
 MakesStopCondition = Callable[["Model"], StopCondition]
-"""Makes a condition for the model of the run that it may end."""
+"""Function that makes a condition for the model of the run that it may end."""
 
 
 def see_history(conditions: Sequence[StopCondition], history: Mapping[str, np.ndarray]) -> None:
-    """Show conditions the rows that a run has written before."""
+    """Pass the rows that a run has written before to the conditions."""
     for numbers in zip(*(column.tolist() for column in history.values()), strict=True):
         row = dict(zip(history, numbers, strict=True))
         for condition in conditions:
@@ -44,12 +47,12 @@ def see_history(conditions: Sequence[StopCondition], history: Mapping[str, np.nd
 
 
 def ended_by(conditions: Sequence[StopCondition]) -> str | None:
-    """Name of the condition that ended the run, None where none did."""
+    """Return the name of the condition that ended the run; None if none did."""
     return next((condition.name for condition in conditions if condition.is_over), None)
 
 
 class CycleLimit:
-    """Ends a run when so many pressure cycles are done."""
+    """Stop condition: the given number of pressure cycles is done."""
 
     name = "cycles"
 
@@ -58,12 +61,11 @@ class CycleLimit:
         self.is_over = False
 
     def see_row(self, row: Mapping[str, float]) -> None:
-        """A row of the history."""
         self.is_over = self.is_over or row["cycles_done"] >= self.cycles
 
 
 class ColumnReached:
-    """Ends a run when a column of its history is above a limit, or below it, in SI."""
+    """Stop condition: a column of the history is above a limit, or below it, in SI."""
 
     def __init__(self, column: str, limit: float, is_above: bool) -> None:
         self.column, self.limit, self.is_above = column, limit, is_above
@@ -71,13 +73,14 @@ class ColumnReached:
         self.is_over = False
 
     def see_row(self, row: Mapping[str, float]) -> None:
-        """A row of the history."""
         value = row[self.column]
         self.is_over |= value > self.limit if self.is_above else value < self.limit
 
 
 def column_reached(loaded: LoadedScene, columns: Mapping[str, str]) -> ColumnReached | None:
-    """What a scene's time.reach asks of the columns of its history, name -> unit.
+    """Return the condition of a scene's time.reach; None if it has none.
+
+    columns: columns of its history, name -> unit.
 
     Raises SceneError: there is no such column, or the limit has another unit.
     """
@@ -101,10 +104,10 @@ def column_reached(loaded: LoadedScene, columns: Mapping[str, str]) -> ColumnRea
 
 
 class ProbeAtRest:
-    """Ends a static run when a probe is steady.
+    """Stop condition of a static run: a probe is steady.
 
-    Over the last half of the time, what decays as exp(-t / T) changes by more than what is left of
-    it once t > T log 4, and what decays as 1 / t by as much.
+    Over the last half of the time, a quantity that decays as exp(-t / T) changes by more than its
+    remainder once t > T log 4, and one that decays as 1 / t changes by as much as its remainder.
     """
 
     def __init__(self, probe: "SteadyProbe") -> None:
@@ -115,7 +118,6 @@ class ProbeAtRest:
         self.values: list[list[float]] = []
 
     def see_row(self, row: Mapping[str, float]) -> None:
-        """A row of the history."""
         probe, now = self.probe, row["time"]
         if now < probe.since:
             return

@@ -1,8 +1,8 @@
-"""The folder of a study: its files, its table, what a report needs to know of it.
+"""The folder of a study: its files, its table, and the data for its report.
 
-    study.json               what the study is: `StudyRecord`
-    table.parquet, table.csv a row a case
-    cases/KEY/               what a run leaves, thinned; KEY is the digest of all that decides it
+    study.json               description of the study: `StudyRecord`
+    table.parquet, table.csv one row for each case
+    cases/KEY/               results of a run, thinned; KEY is the digest of all its inputs
 
 Columns of the table, in this order: `case`, one a factor, one a measure, `verdict` (of layouts
 only), `status`, `reason`, `warnings` (how many, if any case has some), `wall_time [s]`, `key`. A
@@ -34,10 +34,12 @@ BEGIN_AGAIN = "remove it and start the study again: completed cases are not run 
 
 @dataclass(frozen=True)
 class StudyRecord:
-    """What study.json holds. status: running, done or interrupted; wall_time [s] of all sessions;
-    settings: title -> text, what a reader of the report should know. case_count: of a bisection how
-    many there are at most. sampled: cases are drawn from the ranges of the factors, so that a share
-    of them estimates a probability.
+    """Content of study.json.
+
+    status: running, done or interrupted. wall_time: of all sessions [s]. settings: title -> text,
+    shown in the report. case_count: number of cases; the largest possible one for a bisection.
+    sampled: True if cases are drawn from the ranges of the factors, so that a fraction of them
+    estimates a probability.
     """
 
     title: str
@@ -114,5 +116,5 @@ def read_table(folder: Path) -> polars.DataFrame:
 
 
 def is_study(folder: Path) -> bool:
-    """Whether `folder` holds a study."""
+    """Return True if `folder` holds a study."""
     return (folder / STUDY).is_file()

@@ -1,8 +1,7 @@
-"""How a robot touches its walls, from its history: over which area, its rows how often and for how
-long.
+"""Contact of a robot with its walls, from its history: area, number and duration of contacts.
 
-A row of the history says what touched within the interval before it: what is told here is as fine
-as the history is.
+A row of the history holds the contact within the interval before it, so the resolution is that of
+the history.
 """
 
 from typing import Any
@@ -13,18 +12,18 @@ from softsim.model import Model
 from softsim.scene.columns import ROW_FORCE
 
 LEAST_AWAY = 1e-3
-"""Time [s] without touch after which a contact is a new one."""
+"""Time [s] without contact after which a contact counts as a new one."""
 
 History = dict[str, np.ndarray]
 
 
 def interval_integrals(t: np.ndarray, means: np.ndarray) -> np.ndarray:
-    """Integrals (rows,) over the interval before each row of a column that holds its means."""
+    """Return the integrals (rows,) of a column of means over the interval before each row."""
     return means * np.diff(t, prepend=t[0])
 
 
 def touching_areas(history: History) -> dict[str, float | None]:
-    """The largest and the mean area that touched walls [m^2]; no mean of a run without time."""
+    """Return the largest and the mean area in contact [m^2]; no mean for a run of zero duration."""
     t, area = history["time"], history["contact_area"]
     span = t[-1] - t[0]
     return {
@@ -34,8 +33,8 @@ def touching_areas(history: History) -> dict[str, float | None]:
 
 
 def row_contacts(model: Model, history: History) -> dict[str, Any]:
-    """Of each row of spikes or limbs: how often it came to touch a wall, and its share of the time
-    in touch.
+    """Return the number of contacts of each row of spikes or limbs, and its fraction of the time in
+    contact.
     """
     t = history["time"]
     touched = [history[f"{ROW_FORCE}{name}"] > 0.0 for name in model.robot.rows]
@@ -50,8 +49,9 @@ def row_contacts(model: Model, history: History) -> dict[str, Any]:
 
 
 def contact_count(t: np.ndarray, touched: np.ndarray) -> int:
-    """How often something began to touch, at the rows' times t (rows,) [s], that did so within the
-    intervals before some of them (rows,).
+    """Return how many separate contacts a history contains.
+
+    t (rows,) [s]: times of the rows. touched (rows,): True for contact in the interval before.
     """
     rows = np.flatnonzero(touched)
     if not len(rows):

@@ -1,4 +1,4 @@
-"""What summary.json says under `layout`: the verdict, where, how long in each segment, and why."""
+"""Section `layout` of summary.json: verdict, position, time in each segment, and cause."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -17,17 +17,17 @@ from softsim.output.passage import History, Verdict, after_history
 def layout_report(
     passage: Passage, history: History, assumed: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """Return what a run says of a layout: verdict, place, margin, segments, what blocked the body.
+    """Return the report on a layout: verdict, place, margin, segments, cause of a blockage.
 
     Parameters
     ----------
-    passage: the way of the body, and when it has passed or is stuck.
+    passage: the path of the body, and the conditions of the verdicts passed and stuck.
     history: column -> (rows,), SI.
-    assumed: what the verdict rests on, as `assumptions` has it.
+    assumed: assumptions of the verdict, from `assumptions`.
 
     Returns
     -------
-    What summary.json has under `layout`, SI; lengths are arc lengths along the path.
+    The section `layout` of summary.json, SI; lengths are arc lengths along the path.
     """
     course = after_history(passage, history)
     time, s = history["time"], history["arc_length"]
@@ -69,7 +69,7 @@ def layout_report(
 
 
 def assumptions(model: Model) -> tuple[str, ...]:
-    """Return in sentences what a verdict rests on: dimension, friction, and the robot's own."""
+    """Return the assumptions of a verdict as sentences: dimension, friction, the robot's own."""
     memory = (
         f"the limit follows the normal force with a memory of {1e3 * model.friction_memory:.3g} ms"
         if model.friction_memory > 0.0
@@ -87,8 +87,10 @@ def assumptions(model: Model) -> tuple[str, ...]:
 
 
 def where(passage: Passage, branch: int, place: float) -> dict[str, Any]:
-    """The segment of a place [m] along a branch, by its number in the user's lists, from 1, and the
-    nearest feature of the branch with its distance ahead of the place [m].
+    """Return the segment and the nearest feature of a place [m] along a branch.
+
+    The segment is given by its number in the user's lists, from 1; the feature with its distance
+    ahead of the place [m].
     """
     path = passage.network.branches[branch].path
     segment = path.segment_at(place)
@@ -110,9 +112,11 @@ def where(passage: Passage, branch: int, place: float) -> dict[str, Any]:
 def segment_report(
     passage: Passage, branch: int, segment: Segment, history: History
 ) -> dict[str, Any]:
-    """When the body's centre came into a segment of a branch and left it for the first time [s],
-    None where it did not; its mean speed there [m/s], rows in contact and least clearance [m] while
-    in it. It has left it, too, where it is in a branch that leaves from it or later.
+    """Return the passage of the body's centre through a segment of a branch.
+
+    It holds the times [s] of the first entry and exit, None if there was none; the mean speed in
+    the segment [m/s]; rows in contact and least clearance [m] while in it. The segment also counts
+    as left once the body is in a branch that starts from it or later.
     """
     time, s = history["time"], history["arc_length"]
     path = passage.network.branches[branch].path
@@ -147,30 +151,30 @@ def segment_report(
 
 
 def later_branches(network: PipeNetwork, branch: int, place: float) -> list[int]:
-    """The branches whose way from the start leaves a branch at a place [m] along it, or later."""
+    """Return the branches whose path from the start leaves a branch at `place` [m] or later."""
     ways = (network.ways_to(number) for number in range(len(network.branches)))
     left = (way.get(branch, -np.inf) for way in ways)
     return [n for n, arc in enumerate(left) if n != branch and arc >= place]
 
 
 def first(condition: np.ndarray) -> int | None:
-    """The first row at which the condition (rows,) holds; None if it never does."""
+    """Return the first row at which the condition (rows,) holds; None if it never does."""
     return int(np.argmax(condition)) if condition.any() else None
 
 
 def mean_speed(time: np.ndarray, s: np.ndarray) -> float | None:
-    """From the first place to the farthest, over the whole time [m/s]; None of one row."""
+    """Return the mean speed [m/s] from the first place to the farthest; None for a single row."""
     span = float(time[-1] - time[0])
     return float(s.max() - s[0]) / span if span > 0.0 else None
 
 
 def finite(value: float) -> float | None:
-    """The number, or None where it is none: a body beyond an open end is clear of all walls."""
+    """Return the number, or None if it is not finite: no wall is near beyond an open end."""
     return float(value) if np.isfinite(value) else None
 
 
 def blockage_report(passage: Passage, history: History) -> dict[str, Any]:
-    """What blocked a stuck body, what that was read from, and the thresholds of the rules."""
+    """Return the cause that blocked a stuck body, its indicators, and the rules' thresholds."""
     indicators = blockage.blockage_indicators(passage, history)
     return {
         "blocked_by": blockage.blocked_by(indicators),
@@ -187,7 +191,7 @@ def blockage_report(passage: Passage, history: History) -> dict[str, Any]:
 
 
 def sentence(report: dict[str, Any]) -> str:
-    """Return the verdict in a line. Lengths are the way of the body's centre."""
+    """Return the verdict in a line. Lengths are displacements of the body's centre."""
     place, time = report["where"], report["time"]
     gained = (place["arc_length"] - report["start"]) * 1e3
     by_exit = f" through the exit '{report.get('exit')}'" if len(report["exits"]) > 1 else ""
@@ -221,6 +225,6 @@ def margin(report: dict[str, Any]) -> str:
 
 
 def segment_of(place: dict[str, Any]) -> str:
-    """Return the segment of a place in words, as `where` has it."""
+    """Return the segment of a place, as returned by `where`, in words."""
     at = f"{place['arc_length'] * 1e3:.0f} mm"
     return f"segment {place['segment']} ({place['what']}) at {at}"

@@ -1,4 +1,4 @@
-"""The frequency at which a frame vibrates, from its history.
+"""The vibration frequency of a frame, from its history.
 
 Rows of a history are not quite evenly spaced, so the spectrum is Lomb and Scargle's (least squares
 of a sine), of the motion less its linear drift, under a Hann window.
@@ -27,14 +27,14 @@ OVERSAMPLING = 4
 
 @dataclass(frozen=True)
 class Peak:
-    """The strongest sine of a motion: frequency [Hz], amplitude [m]."""
+    """Strongest sine of a motion: frequency [Hz], amplitude [m]."""
 
     frequency: float
     amplitude: float
 
 
 def strongest(t: np.ndarray, y: np.ndarray, slowest: float, fastest: float) -> Peak:
-    """The strongest sine between two frequencies [Hz] of places y [m] at the times t [s] (rows,).
+    """Return the strongest sine between two frequencies [Hz] of positions y [m] at t [s], (rows,).
 
     A sine faster than half the rate of the rows appears as a slower one.
     """
@@ -62,11 +62,11 @@ def strongest(t: np.ndarray, y: np.ndarray, slowest: float, fastest: float) -> P
 
 
 def dominant_frequency(model: Model, history: dict[str, np.ndarray]) -> float | None:
-    """Frequency [Hz] of the robot's frame as it moves across the pipe at the end of the run: along
-    y, in space along y or z, whichever swings more.
+    """Return the transverse vibration frequency [Hz] of the robot's frame at the end of the run.
 
-    None without a motor, where the body does not vibrate, where the motor has not run steadily for
-    LEAST_TURNS, or with fewer than two rows a turn, of which no frequency can be told.
+    The motion is that along y, or in space along y or z, whichever has the larger amplitude. None
+    without a motor, if the body does not vibrate, if the motor has not run steadily for
+    LEAST_TURNS, or with fewer than two rows a turn, which resolve no frequency.
     """
     motors = model.of_kind(Rotor)
     if not motors:

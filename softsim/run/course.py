@@ -351,7 +351,7 @@ class Run:
 
     @contextmanager
     def _failed_frame_kept(self) -> Iterator[None]:
-        """What a guard stops at is the last frame."""
+        """Write the last frame of the fields if a guard stops the run in the block."""
         try:
             yield
         except StabilityError:

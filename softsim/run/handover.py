@@ -1,5 +1,7 @@
-"""What a step takes over from the one before: places, velocities, inner states of its bodies,
-contacts and loads, and the state of a controlled pressure that goes on.
+"""The state that a step takes over from the previous one.
+
+It comprises positions, velocities, internal states of bodies, contacts and loads, and the state of
+a controlled pressure that continues.
 """
 
 from dataclasses import dataclass, replace
@@ -19,14 +21,14 @@ JUMP = 0.02
 
 @dataclass(frozen=True)
 class EarlierStep:
-    """The step before, at its end: its model, and its checkpoint."""
+    """Previous step at its end: its model and its checkpoint."""
 
     model: Model
     checkpoint: Checkpoint
 
     @property
     def end(self) -> float:
-        """When it has ended [s]."""
+        """End time of the step [s]."""
         return self._progress.time
 
     @property
@@ -37,8 +39,9 @@ class EarlierStep:
         return renumbered(self.checkpoint.state, self.model.load_names, model.load_names)
 
     def hand_over(self, scenario: Scenario) -> ControlState | None:
-        """Let the only scenario of a solver go on from here; the state of its controlled pressure,
-        None where none goes on.
+        """Continue the only scenario of a solver from here.
+
+        Return the state of its controlled pressure, None if none continues.
         """
         progress, solver = self._progress, scenario.solver
         solver.take_over(self._state_for(scenario.model), progress.time)
@@ -59,8 +62,9 @@ class EarlierStep:
         return None
 
     def jumps(self, scenario: Scenario) -> dict[str, str]:
-        """Warnings (kind -> text) of chambers that a scenario, which has set off, begins with
-        another pressure than they had.
+        """Return warnings (kind -> text) on chambers whose pressure jumps at the start of the step.
+
+        The scenario must have started.
         """
         state, found = self._state_for(scenario.model), {}
         for number, load in enumerate(scenario.model.loads):
@@ -81,8 +85,9 @@ class EarlierStep:
 def renumbered(
     state: dict[str, np.ndarray], before: tuple[str, ...], now: tuple[str, ...]
 ) -> dict[str, np.ndarray]:
-    """A solver's state with its loads, of these names `before`, at their numbers `now`; without
-    those that are no longer there.
+    """Return a solver's state with its loads renumbered from the names `before` to those `now`.
+
+    Loads that no longer exist are left out.
     """
     result = {}
     for key, values in state.items():

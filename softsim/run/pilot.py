@@ -192,8 +192,9 @@ def _marks(pilot: Batch, pilot_time: float) -> list[Mark]:
 
 
 def _stopped(run: Run, factor: float) -> str:
-    """Why a guard stopped a pilot whose loads are `factor` times as fast, and what the gauge of
-    each chamber showed then; empty where none did.
+    """Return why a guard stopped a trial run whose loads are `factor` times as fast; else "".
+
+    The text includes the gauge pressure of each chamber at that time.
     """
     if not isinstance(run.outcome, StabilityError):
         return ""

@@ -1,4 +1,4 @@
-"""What a run is recorded in: the files of a folder (files.py), or memory alone."""
+"""Records of a run: the files of a folder (files.py), or memory alone."""
 
 import logging
 from collections.abc import Iterator, Mapping
@@ -29,8 +29,10 @@ class Rows(Protocol):
 
 
 class Record(Protocol):
-    """Record of a run. loaded, model: its scene, and what was built from it. warnings: kind -> text
-    of all warnings so far, in the order in which they came.
+    """Record of a run.
+
+    loaded, model: its scene, and the model built from it. warnings: kind -> text of all warnings so
+    far, in order of occurrence.
     """
 
     @property
@@ -48,19 +50,19 @@ class Record(Protocol):
     warnings: dict[str, str]
 
     def logged(self) -> AbstractContextManager[None]:
-        """Write what is logged in the block into this run's log."""
+        """Write the messages logged in the block to this run's log."""
 
     def warn(self, warnings: Mapping[str, str]) -> None:
         """Record warnings (kind -> text), the first of each kind only."""
 
     def tell(self, text: str) -> None:
-        """Tell what happened."""
+        """Log a message."""
 
     def write_frame(self, scenario: Scenario) -> None:
-        """Keep the present fields."""
+        """Write the current fields."""
 
     def write_failed_frame(self, scenario: Scenario) -> None:
-        """Keep the fields at which a guard stops the run."""
+        """Write the fields at which a guard stops the run."""
 
     def write_checkpoint(
         self, scenario: Scenario, progress: Progress, inspected: np.ndarray
@@ -74,11 +76,11 @@ class Record(Protocol):
         """The rows of the history so far (column -> array)."""
 
     def close(self) -> None:
-        """Nothing more is told."""
+        """Close the record."""
 
 
 class KeptRows:
-    """Rows of a history in memory, those of `names`."""
+    """Rows of a history in memory, with the columns `names`."""
 
     def __init__(self, names: tuple[str, ...]) -> None:
         self.names = names
@@ -100,8 +102,9 @@ class KeptRows:
 
 
 class Memory:
-    """Keeps the rows of a run's history and its last checkpoint in memory, no frames; what a run
-    tells goes to the package's log.
+    """Record of a run in memory: the rows of its history and its last checkpoint, no frames.
+
+    Messages of the run go to the package's log.
     """
 
     def __init__(self, loaded: LoadedScene, model: Model) -> None:
@@ -113,7 +116,7 @@ class Memory:
 
     @contextmanager
     def logged(self) -> Iterator[None]:
-        """The package's log is that of the run."""
+        """Do nothing: messages go to the package's log."""
         yield
 
     def warn(self, warnings: Mapping[str, str]) -> None:
@@ -124,7 +127,7 @@ class Memory:
                 log.warning(text)
 
     def tell(self, text: str) -> None:
-        """Log what happened."""
+        """Log a message."""
         log.info(text)
 
     def write_frame(self, scenario: Scenario) -> None:
@@ -151,4 +154,4 @@ class Memory:
         return self.history.columns()
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: no file is open."""

@@ -21,7 +21,7 @@ from softsim.output.folder import (
 from softsim.scene.steps import Step
 
 FILES = (SCENE, HISTORY, RESULTS, CHECKPOINT, LOG)
-"""Of a step, beside its summary, which is written last."""
+"""Files of a step, apart from its summary, which is written last."""
 
 
 def refuse_source(source: Path, folder: Path, resume: bool) -> None:
@@ -42,11 +42,12 @@ def refuse_source(source: Path, folder: Path, resume: bool) -> None:
 def fitting_steps(
     source: Path, named: Mapping[str, Step], choice: Choice
 ) -> tuple[list[Path], str]:
-    """The folders of the first steps in `source`, as many as are done there as they are asked for
-    now; and why the one after them is not taken, "" where there is no other. named: the steps by
-    what their folders are called.
+    """Return the folders of the first steps in `source` that can be reused, and why not the next.
 
-    Raises OutputError where that is not even the first one.
+    A step can be reused if it is complete there and identical to the requested one. The reason is
+    "" if there is no further step. named: folder name -> requested step.
+
+    Raises OutputError if not even the first step can be reused.
     """
     told = read_summary(source).get("steps")
     if told is None:
@@ -72,7 +73,7 @@ def fitting_steps(
 
 
 def why_not(path: Path, step: Step, choice: Choice) -> str:
-    """Why a step's folder is not the step that is asked for now, done; "" where it is."""
+    """Return why a step's folder does not hold the requested step, complete; "" if it does."""
     status = read_summary(path).get("status", "not begun")
     if status != "done":
         return f"{path.name} is not complete there, but {status}"
@@ -88,7 +89,7 @@ def why_not(path: Path, step: Step, choice: Choice) -> str:
 
 
 def take_step(source: Path, target: RunFolder) -> None:
-    """Copy the files of a step that is done; its summary tells where it is from.
+    """Copy the files of a completed step; its summary records their source.
 
     Raises OutputError if it cannot be read, or the disk refuses.
     """
