@@ -40,13 +40,15 @@ class Push:
 
 
 def inflation(specimen: Specimen, highest: float, duration: float) -> LoadedScene:
-    """Return the scene in which the pressure rises to `highest` [Pa] within `duration` [s], smoothly."""
+    """Return the scene of a smooth pressure rise to `highest` [Pa] within `duration` [s]."""
     return _quasi_static(specimen, _smooth_rise(highest, duration), {}, duration)
 
 
 def push(specimen: Specimen, pressure: float, duration: float) -> Push:
-    """The scene that is inflated to `pressure` [Pa] within `duration` [s] and held; then the frame
-    moves across the pipe, along y, and after that along it, x.
+    """Return the scene of a push of the inflated body.
+
+    The pressure rises to `pressure` [Pa] within `duration` [s] and is held; then the frame moves
+    transverse to the pipe, along y, and after that along the pipe, x.
     """
     moves, begin = [], duration + SETTLING_TIME
     for axis in ("y", "x"):
@@ -64,8 +66,9 @@ def push(specimen: Specimen, pressure: float, duration: float) -> Push:
 def _quasi_static(
     specimen: Specimen, pressure: Points, courses: Mapping[str, Points], end: float
 ) -> LoadedScene:
-    """The scene with nothing but its air, over the points [s, Pa], and the frame held or moved
-    along axes over points [s, m].
+    """Return the scene with its air pressure as the only load, and the frame held or moved.
+
+    pressure: points [s, Pa]. courses: axis -> points [s, m] of the displacement of the frame.
     """
     tree = _only_load(specimen.loaded.tree, specimen.pressure)
     for override in _overrides(specimen, pressure, courses, end):
@@ -74,7 +77,7 @@ def _quasi_static(
 
 
 def _only_load(tree: Tree, name: str) -> Tree:
-    """`tree` without any other load."""
+    """Return `tree` without any other load."""
     top = plain_mapping(tree)
     loads = top["loads"]
     kept = replace(loads, value={name: plain_mapping(loads)[name]})
@@ -118,7 +121,7 @@ def _overrides(
 
 
 def _smooth_rise(highest: float, duration: float) -> Points:
-    """Points [s, Pa] of highest u^2 (3 - 2 u), u = time / duration."""
+    """Return points [s, Pa] of highest u^2 (3 - 2 u), u = time / duration."""
     u = np.linspace(0.0, 1.0, RISE_POINTS)
     values = highest * u**2 * (3.0 - 2.0 * u)
     return list(zip((duration * u).tolist(), values.tolist(), strict=True))

@@ -17,7 +17,7 @@ REPLACED = "\N{REPLACEMENT CHARACTER}"
 
 
 class History:
-    """Writes history.csv, a line a row; each line is with the operating system when written.
+    """Writer of history.csv, one line per row; each line is flushed to the operating system.
 
     units: column name -> unit, in the order of the columns; "time" must be one of them. Numbers are
     written so that reading gives the same bits. resumed_at: time [s] at which a stopped run goes
@@ -41,7 +41,7 @@ class History:
             self._stream: TextIO = self.path.open("a", encoding="utf-8", newline="\n", buffering=1)
 
     def append(self, row: Mapping[str, float]) -> None:
-        """Write one row: a number for each column, NaN where there is nothing to say.
+        """Write one row: a number for each column, NaN where there is no value.
 
         Raises OutputError for a missing or unknown column, or if the disk refuses.
         """
@@ -71,7 +71,7 @@ class History:
 
 
 def read_history(path: Path | str) -> dict[str, np.ndarray]:
-    """Columns of a history, (rows,) each, SI units; a half-written last line is left out.
+    """Return the columns of a history, (rows,) each, SI; a half-written last line is left out.
 
     Raises OutputError if there is no such file, it has no header, or a line is no row of numbers.
     """
@@ -82,7 +82,7 @@ def read_history(path: Path | str) -> dict[str, np.ndarray]:
 
 
 def thin_history(path: Path, rows: int) -> None:
-    """Leave about so many rows of a history, evenly picked, the first and the last among them.
+    """Reduce a history to about `rows` rows, evenly picked, with the first and the last.
 
     One of up to twice as many rows stays as it is. Raises OutputError as read_history does, or if
     the disk refuses.
@@ -98,13 +98,13 @@ def thin_history(path: Path, rows: int) -> None:
 
 
 def read_units(path: Path | str) -> dict[str, str]:
-    """Units of the columns, column name -> unit. Raises OutputError as read_history does."""
+    """Return the units of the columns, name -> unit. Raises OutputError as read_history does."""
     names, units = (line.strip().split(",") for line in _whole_lines(Path(path))[:2])
     return dict(zip(names, units, strict=True))
 
 
 def _rows_until(path: Path, units: Mapping[str, str], time: float) -> list[str]:
-    """Return the lines of a history's rows up to `time` [s]. Raises OutputError: its columns differ."""
+    """Return the lines of the rows up to `time` [s]. Raises OutputError if the columns differ."""
     lines, header = _whole_lines(path), _header(units)
     if "".join(lines[:2]) != header:
         raise OutputError(
@@ -139,7 +139,10 @@ def _numbers(path: Path, lines: list[str], count: int) -> np.ndarray:
 
 
 def _whole_lines(path: Path) -> list[str]:
-    """Return the complete lines, the header's two at least; a killed run leaves one that does not."""
+    """Return the complete lines, at least the two of the header.
+
+    A killed run may leave an incomplete last line.
+    """
     try:
         # A byte that is no UTF-8 becomes a character that no number and no name has.
         with path.open(encoding="utf-8", errors="replace", newline="") as stream:

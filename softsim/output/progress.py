@@ -1,4 +1,4 @@
-"""The progress of a run, in numbers that a checkpoint keeps."""
+"""The progress of a run, in numbers that a checkpoint stores."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,7 +9,7 @@ from softsim.stability.schedule import StableStepSchedule
 
 @dataclass
 class Progress:
-    """The progress of a run, beside the solver's state: times [s], energies [J], counts.
+    """Progress of a run, besides the solver's state: times [s], energies [J], counts.
 
     time_increment: the step in use [s]. told_step: the stable step that was told last [s]. control:
     state of a controlled pressure. row_count, frame_count: entries of the run's files when the

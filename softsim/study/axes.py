@@ -49,7 +49,7 @@ class Plot:
 
 @dataclass(frozen=True)
 class Goal:
-    """What is best: sense is "maximize" or "minimize"; measure names a measure."""
+    """Goal of an optimisation: sense is "maximize" or "minimize"; measure names a measure."""
 
     measure: str
     sense: str

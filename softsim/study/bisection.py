@@ -1,14 +1,13 @@
-"""A boundary, sought by bisection: the level of a factor at which a measure crosses a share.
+"""Bisection for a boundary: the level of a factor at which a measure crosses a threshold.
 
-In each cell, a combination of the values of the other factors, both ends of the range are asked
-first. Where they answer alike the boundary lies outside, or there is more than one: the middle is
-asked too. Else a bracket is halved until it is as narrow as the tolerance. Assumed: the answer
-changes once, as it must between ends that differ; whether it changes more often in there no
-bisection tells.
+In each cell, a combination of the values of the other factors, both ends of the range are run
+first. If their answers agree, the boundary lies outside or there is more than one, so the middle is
+run too. Otherwise a bracket is halved until it is as narrow as the tolerance. The method assumes
+that the answer changes only once; it cannot detect further changes inside the range.
 
-A level answers yes if the mean of the measure over its repeats reaches the share. Repeats are asked
-one group after the other, each the smallest that may settle that, and no more once it is settled:
-the answer is that of all repeats.
+The answer at a level is yes if the mean of the measure over its repeats reaches the threshold
+`share`. Repeats are run group by group, each group the smallest that may decide the answer, and no
+more once it is decided: the answer is that of all repeats.
 """
 
 import itertools
@@ -29,20 +28,22 @@ from softsim.study.schema import BisectionDesign
 
 FOUND, OPEN, OUTSIDE = "found", "open", "outside"
 NOT_MONOTONE, UNDECIDED = "not monotone", "undecided"
-"""What is known of a boundary: it lies in a bracket; runs are missing; both ends and the middle
-answer alike; the middle answers otherwise than both ends; all runs at a level have failed."""
+"""States of a boundary: it lies in a bracket; runs are missing; both ends and the middle have the
+same answer; the middle has another answer than both ends; all runs at a level have failed."""
 
 ROUNDING = 1e-9
-"""By which a sum of measures may miss the share and still reach it."""
+"""Tolerance by which a sum of measures may miss the threshold and still reach it."""
 
 Answers = Mapping[float, Sequence[float | None]]
-"""Level -> the measure in each repeat that was run, in their order; None where that has failed."""
+"""Level -> the measure in each repeat that was run, in order; None for a failed repeat."""
 
 
 @dataclass(frozen=True)
 class Bisection:
-    """What is sought: the level of a factor in `interval` at which the mean of `measure`, from 0 to
-    1, over the repeats crosses `share`. tolerance: width of the bracket, in the factor's unit.
+    """Definition of a bisection.
+
+    It seeks the level of a factor in `interval` at which the mean of `measure`, from 0 to 1, over
+    the repeats crosses `share`. tolerance: width of the bracket, in the factor's unit.
     """
 
     factor: str
@@ -54,18 +55,19 @@ class Bisection:
 
     @classmethod
     def read(cls, held: Mapping[str, Any] | None) -> "Bisection | None":
-        """From what `asdict` has made of it; None for none. Raises KeyError, TypeError."""
+        """Return the bisection from its `asdict` form, or None. Raises KeyError, TypeError."""
         if held is None:
             return None
         return cls(**{**held, "interval": Interval(**held["interval"])})
 
     def middle(self, low: float, high: float) -> float:
-        """The level between two others, half-way or by equal ratios."""
+        """Return the level between two others, half-way or by equal ratios."""
         return replace(self.interval, low=low, high=high).at(0.5)
 
     def halvings(self, low: float, high: float) -> int:
-        """How often a bracket is halved at most, the wider part being left each time. ValueError:
-        its ends are as close as numbers of six digits are, and not within the tolerance.
+        """Return the largest number of halvings of a bracket, if each leaves the wider part.
+
+        Raises ValueError if the tolerance is finer than the spacing of numbers with six digits.
         """
         count = 0
         while high - low > self.tolerance:
@@ -78,12 +80,14 @@ class Bisection:
 
     @property
     def most_runs(self) -> int:
-        """Runs that a cell takes at most: both ends, and the middles."""
+        """Largest number of runs of a cell: both ends, and the middles, times the repeats."""
         return (2 + self.halvings(self.interval.low, self.interval.high)) * self.repeats
 
     def reached(self, values: Sequence[float | None]) -> bool | None:
-        """Whether the mean over all repeats that do not fail reaches the share, whatever those
-        that are missing will give; None where that is not settled, or all have failed.
+        """Return True if the mean over all repeats that do not fail reaches `share`.
+
+        The answer holds whatever the missing repeats give; None if it is not decided yet, or if
+        all repeats have failed.
         """
         total, count, left = self._standing(values)
         if count == 0:
@@ -94,7 +98,7 @@ class Bisection:
         return False if total + left < needed else None
 
     def missing(self, values: Sequence[float | None]) -> int:
-        """The least number of further repeats that may settle it; 0 if it is, or none is left."""
+        """Return the fewest repeats that may decide the answer; 0 if decided, or none are left."""
         total, count, left = self._standing(values)
         if left == 0 or self.reached(values) is not None:
             return 0
@@ -102,7 +106,7 @@ class Bisection:
         return min(left, math.ceil(needed - total), math.floor(total + left - needed) + 1)
 
     def _standing(self, values: Sequence[float | None]) -> tuple[float, int, int]:
-        """Sum of the measure so far, repeats that have not failed, repeats not run."""
+        """Return the sum of the measure so far, the repeats not failed, and the repeats not run."""
         known = [value for value in values if value is not None]
         left = self.repeats - len(values)
         return sum(known), len(known) + left, left
@@ -110,9 +114,9 @@ class Bisection:
 
 @dataclass(frozen=True)
 class Boundary:
-    """What is known of the boundary in a cell: it lies between low and high, if anywhere.
+    """Present state of the boundary in a cell: it lies between low and high, if anywhere.
 
-    state: FOUND, OPEN ...; asked: the levels that are missing next; further: levels at most after
+    state: FOUND, OPEN ... asked: the levels to run next. further: largest number of levels after
     these.
     """
 
@@ -124,7 +128,7 @@ class Boundary:
 
 
 def boundary(sought: Bisection, answers: Answers) -> Boundary:
-    """What the answers so far tell."""
+    """Return the state of the boundary after the answers so far."""
 
     def reached(level: float) -> bool | None:
         return sought.reached(answers.get(level, ()))
@@ -153,14 +157,14 @@ def boundary(sought: Bisection, answers: Answers) -> Boundary:
 
 
 def runs_left(sought: Bisection, answers: Answers) -> int:
-    """How many runs a cell still takes at most."""
+    """Return the largest number of runs that a cell still takes."""
     found = boundary(sought, answers)
     asked = sum(sought.repeats - len(answers.get(level, ())) for level in found.asked)
     return asked + found.further * sought.repeats
 
 
 def cells(sought: Bisection, factors: Sequence[Factor]) -> list[dict[str, Value]]:
-    """The combinations of the values of the other factors, by name, the last varying fastest."""
+    """Return the combinations of the other factors' values by name, the last varying fastest."""
     others = {f.axis.name: f.space for f in factors if f.axis.name != sought.factor}
     levels = [space for space in others.values() if not isinstance(space, Interval)]
     return [dict(zip(others, values, strict=True)) for values in itertools.product(*levels)]
@@ -174,13 +178,14 @@ def bisection_of(
     produced: Mapping[str, Measure],
     tree: Tree,
 ) -> Bisection:
-    """What a study with this design seeks. columns: its measures; produced: name -> what a run
-    tells; tree: what the study says.
+    """Return the bisection of a study with this design.
+
+    columns: measures of the study. produced: name -> measure of a run. tree: the study's file.
 
     Raises
     ------
-    SceneError: no such factor or measure, one that cannot be bisected or has no share, a tolerance
-    that is none.
+    SceneError: no such factor or measure, one that cannot be bisected or is not between 0 and 1, an
+    invalid tolerance.
     """
     at = {key: nearest(tree, ("design", key))[0] for key in ("factor", "measure", "tolerance")}
     factor = _bisected(design.factor, factors, at["factor"], tree)
@@ -206,7 +211,10 @@ def bisection_of(
 
 
 def _bisected(name: str, factors: Sequence[Factor], named: Tree, tree: Tree) -> NumberFactor:
-    """The factor that is bisected, a range; all others have values. SceneError."""
+    """Return the bisected factor.
+
+    Raises SceneError if it is not a continuous range, or another factor is one.
+    """
     known = {factor.axis.name: factor for factor in factors}
     if name not in known:
         hint = did_you_mean(name, list(known))
@@ -226,7 +234,7 @@ def _bisected(name: str, factors: Sequence[Factor], named: Tree, tree: Tree) -> 
 
 
 def _tolerance(factor: NumberFactor, interval: Interval, written: Tree) -> float:
-    """The width of the bracket, in the factor's unit. SceneError: it is none."""
+    """Return the width of the bracket, in the factor's unit. Raises SceneError if it is invalid."""
     reading = factor.reading
     if reading.quantity is not None:  # a difference is not within the bounds of the key
         reading = replace(reading, quantity=Quantity(reading.quantity.unit))

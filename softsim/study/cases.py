@@ -1,5 +1,7 @@
-"""A case of a study: a scene file and what is set in it, the scene that this makes, the key that
-its result is stored under, and what became of it.
+"""Cases of a study.
+
+A case has a scene file with settings, the scene that results, the key under which its result is
+stored, and a status.
 """
 
 import hashlib
@@ -25,13 +27,13 @@ from softsim.scene.tree import Origin, Tree
 Value = float | str
 
 DONE, FAILED, PRUNED, LOST, WAITING = "done", "failed", "pruned", "lost", "waiting"
-"""What became of a case: its run ended; a guard stopped it, or it is no scene; the optimiser
-stopped it; its process died, each time that it was tried; it was not run yet."""
+"""Status of a case: its run ended; a guard stopped it, or its scene is invalid; the optimiser
+stopped it; its process died at each attempt; it was not run yet."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """A scene file, with the standard robot that is put into it where it is a bare layout.
+    """Scene file, with the standard robot that is added to it if it is a bare layout.
 
     root: the class of the whole file.
     """
@@ -42,14 +44,14 @@ class Source:
     root: ClassVar[type[BaseModel]] = Scene
 
     def tree(self) -> Tree:
-        """What its files say. SceneError as load_scene."""
+        """Return the tree of its files. Raises SceneError as load_scene."""
         if self.robot is None:
             return read_scene(self.scene)
         return layout_tree(self.scene, self.robot)
 
     @staticmethod
     def produced(scene: Any) -> dict[str, Measure]:
-        """What a run of a scene tells, by name."""
+        """Return the measures of a run of a scene, by name."""
         return produced(scene)
 
     @staticmethod
@@ -59,7 +61,7 @@ class Source:
 
     @property
     def command(self) -> tuple[str, ...]:
-        """What runs it."""
+        """Command line that runs it."""
         if self.robot is None:
             return ("softsim", "run", str(self.scene))
         return ("softsim", "assess", str(self.scene), "--robot", self.robot)
@@ -67,13 +69,13 @@ class Source:
 
 @dataclass(frozen=True)
 class ChainSource(Source):
-    """The file of a chain."""
+    """File of a chain."""
 
     root = ChainScene
 
     @staticmethod
     def produced(scene: Any) -> dict[str, Measure]:
-        """What a run of a chain tells, by name."""
+        """Return the measures of a run of a chain, by name."""
         return produced_by_chain(scene)
 
     @staticmethod
@@ -83,17 +85,17 @@ class ChainSource(Source):
 
     @property
     def command(self) -> tuple[str, ...]:
-        """What runs it."""
+        """Command line that runs it."""
         return ("softsim", "chain", str(self.scene))
 
 
 SOURCES: dict[str, type[Source]] = {"finite_elements": Source, "chain": ChainSource}
-"""What a study calls the model -> its files."""
+"""Value of a study's `model` -> class of its source."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A row of the table to be.
+    """Case of a study: a row of its table.
 
     number: from 1, in the order of the table. values: factor -> its number, in the unit of its
     column, or its label; with repeats also "repeat" -> 1, 2, ... overrides: "time.end=3 s" each, as
@@ -108,8 +110,9 @@ class Case:
 
 @dataclass(frozen=True)
 class Setting:
-    """A key of the scene and its value, as text: YAML, as --set has it; where the study says the
-    one and the other.
+    """Key of the scene and its value, as YAML text in the form of --set.
+
+    path_origin, origin: where the study gives the key and the value.
     """
 
     path: str
@@ -119,21 +122,21 @@ class Setting:
 
     @property
     def override(self) -> str:
-        """As `load_scene` takes it: "time.end=3 s"."""
+        """Setting in the form that `load_scene` accepts: "time.end=3 s"."""
         return f"{self.path}={self.text}"
 
 
 def setting(path: str, value: Tree) -> Setting:
-    """The setting that an entry {path: value} of the study is."""
+    """Return the setting of an entry {path: value} of the study."""
     return Setting(path, flow_text(value), value.key_origin, value.origin)
 
 
 def with_settings(root: type[BaseModel], tree: Tree, settings: Sequence[Setting]) -> Tree:
-    """The tree of a file of the class `root` with the settings, of which later ones win.
+    """Return the tree of a file of the class `root` with the settings; later ones win.
 
     Raises
     ------
-    SceneError: the scene has no such key, at the place where the study gives it.
+    SceneError: the scene has no such key; located where the study gives it.
     """
     for one in settings:
         try:
@@ -146,13 +149,11 @@ def with_settings(root: type[BaseModel], tree: Tree, settings: Sequence[Setting]
 def scene_with(
     root: type[BaseModel], tree: Tree, path: Path, settings: Sequence[Setting]
 ) -> Loaded[Any]:
-    """The scene at `path`, of the class `root`, of which `tree` is what its files say, with the
-    settings.
+    """Return the scene at `path`, of the class `root`, with the settings; `tree` holds its files.
 
     Raises
     ------
-    SceneError: what is wrong with a setting, at the value that the study gives it; or with the
-    scene itself.
+    SceneError: a setting is invalid, located at its value in the study; or the scene itself is.
     """
     places = {f"--set {one.override}": one.origin for one in settings}
     try:
@@ -162,18 +163,18 @@ def scene_with(
 
 
 def _at_the_study(error: SceneError, places: dict[str, Origin]) -> SceneError:
-    """The error with locations on a command line that nobody wrote replaced."""
+    """Return the error, located in the study instead of on an internal command line."""
     location = places.get(str(error.location), error.location)
     further = [_at_the_study(one, places) for one in error.further]
     return SceneError(error.message, error.hint, location, further)
 
 
 def refuse_overwriting(settings: Sequence[Setting], earlier: Sequence[Setting] = ()) -> None:
-    """Settings must not undo earlier ones, by the same key or one that holds it.
+    """Raise SceneError if a setting overwrites an earlier one, by the same key or a parent key.
 
     Raises
     ------
-    SceneError: at the later one's path.
+    SceneError: located at the path of the later one.
     """
     known = list(earlier)
     for one in settings:
@@ -185,7 +186,7 @@ def refuse_overwriting(settings: Sequence[Setting], earlier: Sequence[Setting] =
 
 
 def option_setting(override: str) -> Setting:
-    """The setting that --set gives on the command line. SceneError: it reads not PATH=VALUE."""
+    """Return the setting of a --set option. Raises SceneError if it is not PATH=VALUE."""
     option = Option(f"--set {override}")
     path, equals, text = override.partition("=")
     if not equals:
@@ -194,7 +195,7 @@ def option_setting(override: str) -> Setting:
 
 
 def with_options(settings: Sequence[Setting], options: Sequence[Setting]) -> tuple[Setting, ...]:
-    """The settings of a file, of which options replace those of the same key or below it."""
+    """Return the settings of a file with options, which replace settings at or below their key."""
     kept = list(settings)
     for option in options:
         kept = [one for one in kept if not _is_at_or_below(one.path, option.path)]
@@ -207,14 +208,16 @@ def _is_at_or_below(path: str, above: str) -> bool:
 
 
 def load_source(source: Source, overrides: Sequence[str] = ()) -> Loaded[Any]:
-    """The scene of a source, its files read anew. SceneError as load_scene."""
+    """Return the scene of a source, its files read again. Raises SceneError as load_scene."""
     return validated_as(source.root, source.tree(), source.scene, overrides)
 
 
 @lru_cache(maxsize=4096)
 def known_tree(source: Source, overrides: tuple[str, ...] = ()) -> Tree:
-    """What a source says with overrides. Each file is read once, until `forget_files`, and cases
-    share what they begin with: of ten thousand each costs some milliseconds. SceneError.
+    """Return the tree of a source with overrides; cached until `forget_files`.
+
+    Cases share the trees of their leading overrides: among ten thousand cases each costs some
+    milliseconds. Raises SceneError.
     """
     if not overrides:
         return source.tree()
@@ -222,20 +225,20 @@ def known_tree(source: Source, overrides: tuple[str, ...] = ()) -> Tree:
 
 
 def forget_files() -> None:
-    """Read the files of all sources anew from here on."""
+    """Clear the cache, so that the files of all sources are read again."""
     known_tree.cache_clear()
 
 
 def resolved(case: Case) -> Loaded[Any]:
-    """The scene of a case, of files read before. SceneError as load_scene."""
+    """Return the scene of a case, from cached files. Raises SceneError as load_scene."""
     tree = known_tree(case.source, case.overrides)
     return validated_as(case.source.root, tree, case.source.scene)
 
 
 def case_key(loaded: Loaded[Any]) -> str:
-    """Digest of all that decides the result of a run: the same for cases that ask for the same.
+    """Return the digest of all inputs of a run; identical cases have the same one.
 
-    That is every value of the scene, the files that it names, softsim's version and sources.
+    The inputs are every value of the scene, the files that it names, softsim's version and sources.
     Raises SceneError where a file that it names is missing.
     """
     digest = hashlib.sha256(source_digest().encode())
@@ -246,8 +249,10 @@ def case_key(loaded: Loaded[Any]) -> str:
 
 
 def key_of(case: Case) -> str:
-    """The key of a case, also of one that is no scene: a combination of values that do not go
-    together is a row of the table like others, in which its run says what is wrong.
+    """Return the key of a case, also of one whose scene is invalid.
+
+    An invalid combination of values is a row of the table like others, with the error as the
+    reason of its failure.
     """
     try:
         return case_key(resolved(case))
@@ -258,7 +263,7 @@ def key_of(case: Case) -> str:
 
 @lru_cache(maxsize=1)
 def source_digest() -> str:
-    """Digest of softsim's version, its sources, and the constants that come with it."""
+    """Return the digest of softsim's version, its sources, and the constants that come with it."""
     home = Path(softsim.__file__).parent
     digest = hashlib.sha256(__version__.encode())
     for path in sorted(p for p in home.rglob("*") if p.suffix in (".py", ".yaml")):

@@ -1,8 +1,7 @@
-"""A composition makes a scene of values of the factors; a study is checked with it before anything
-runs.
+"""Composition of scenes from values of the factors, and the check of a study before it runs.
 
-Each value of each factor is tried once, with the first values of the others. What only fails in
-another combination is a failed row of the table.
+Each value of each factor is checked once, with the first values of the others. An error that only
+occurs in another combination gives a failed row of the table.
 """
 
 import itertools
@@ -36,8 +35,9 @@ from softsim.study.schema import ListDesign, ScenesFactor, Study
 
 @dataclass(frozen=True)
 class Composition:
-    """What all cases share, and what varies. kind: of the scenes; scene: None where a factor
-    chooses it.
+    """Shared settings and factors of all cases of a study.
+
+    kind: class of the sources. scene: None if a factor chooses it.
     """
 
     kind: type[Source]
@@ -47,19 +47,19 @@ class Composition:
     factors: tuple[Factor, ...]
 
     def source(self, values: Mapping[str, Value]) -> Source:
-        """The scene of a case with these values of the factors, by name."""
+        """Return the source of a case with these values of the factors, by name."""
         chosen = [factor.scene(values[factor.axis.name]) for factor in self.factors]
         scene = next((path for path in chosen if path is not None), self.scene)
         assert scene is not None  # composed has seen to it
         return self.kind(scene, self.robot)
 
     def settings(self, values: Mapping[str, Value]) -> tuple[Setting, ...]:
-        """What is set in it, in the order of the factors."""
+        """Return the settings of a case with these values, in the order of the factors."""
         varied = (one for f in self.factors for one in f.settings(values[f.axis.name]))
         return (*self.shared, *varied)
 
     def loaded(self, values: Mapping[str, Value]) -> Loaded[Any]:
-        """The scene that this makes, whose files are there. SceneError."""
+        """Return the scene of a case. Raises SceneError, also if one of its files is missing."""
         source = self.source(values)
         loaded = scene_with(source.root, known_tree(source), source.scene, self.settings(values))
         for keys in file_keys(loaded.scene):
@@ -68,11 +68,11 @@ class Composition:
 
 
 def composed(study: Study, tree: Tree, folder: Path, overrides: Sequence[str]) -> Composition:
-    """How values of a study's factors make a scene; the study lies in `folder`.
+    """Return the composition of a study that lies in `folder`.
 
     Raises
     ------
-    SceneError: a scene, a robot, a key or values that are not there.
+    SceneError: a scene, a robot, a key or values are missing.
     """
     refuse_unknown_robot(tree)
     if study.model == "chain":
@@ -107,7 +107,7 @@ def composed(study: Study, tree: Tree, folder: Path, overrides: Sequence[str]) -
 
 
 def refuse_unknown_robot(tree: Tree) -> None:
-    """SceneError at the name of a robot that does not ship with softsim."""
+    """Raise SceneError at the name of a robot that does not ship with softsim."""
     robot = child(tree, "robot")
     if robot is not None and robot.value is not None and robot.text not in robot_names():
         hint = did_you_mean(robot.text, robot_names())
@@ -115,7 +115,7 @@ def refuse_unknown_robot(tree: Tree) -> None:
 
 
 def refuse_what_chains_lack(tree: Tree) -> None:
-    """SceneError at a robot that a chain is to take, or at trials of it that are to be stopped."""
+    """Raise SceneError at options that chains do not support: a robot, early stopping of trials."""
     robot, objective = child(tree, "robot"), child(tree, "optimize")
     if robot is not None and robot.value is not None:
         raise SceneError("a chain already is a robot", "leave robot out", robot.key_origin)
@@ -126,7 +126,7 @@ def refuse_what_chains_lack(tree: Tree) -> None:
 
 
 def refuse_other_than_one_scene(study: Study, tree: Tree) -> None:
-    """A scene, or a factor that chooses it. SceneError at the one too many."""
+    """Raise SceneError unless the study has one scene, or one factor that chooses it."""
     choosing = [name for name, part in study.factors.items() if isinstance(part, ScenesFactor)]
     places = [entries(tree, "factors")[name].key_origin for name in choosing]
     named = child(tree, "scene")
@@ -143,11 +143,11 @@ def refuse_other_than_one_scene(study: Study, tree: Tree) -> None:
 def checked_scenes(
     composition: Composition, perturbed: Sequence[Perturbation]
 ) -> list[Loaded[Any]]:
-    """The scenes with which the study was checked, the first with the first value of each factor.
+    """Check the study, and return the scenes used, the first with the first value of each factor.
 
     Raises
     ------
-    SceneError: what is wrong, at the place in the study that brings it about.
+    SceneError: located at the place in the study that causes the error.
     """
     refuse_conflicts(composition)
     first = {factor.axis.name: factor.tried[0] for factor in composition.factors}
@@ -168,7 +168,7 @@ def checked_scenes(
 
 
 def refuse_conflicts(composition: Composition) -> None:
-    """Nothing sets what another has set. SceneError at the later one."""
+    """Raise SceneError if two settings conflict, located at the later one."""
     refuse_overwriting(composition.shared)
     earlier = list(composition.shared)
     for factor in composition.factors:
@@ -181,7 +181,7 @@ def refuse_conflicts(composition: Composition) -> None:
 def refuse_wrong_repeat(
     loaded: Loaded[Any], perturbed: Sequence[Perturbation], repeat: int
 ) -> None:
-    """A repeat must be a scene too. SceneError at the deviation."""
+    """Raise SceneError if a perturbed repeat is no valid scene, located at the deviation."""
     settings = [one.setting(loaded, repeat) for one in perturbed]
     try:
         scene_with(type(loaded.scene), loaded.tree, loaded.path, settings)
@@ -192,8 +192,10 @@ def refuse_wrong_repeat(
 
 
 def brought_about(error: SceneError, factor: Factor, value: Value) -> SceneError:
-    """An error of a scene that holds without this value, at the place of the value, though another
-    value of the scene is what does not go with it. Another scene's error stays where it is.
+    """Return an error that a value causes in an otherwise valid scene, located at the value.
+
+    The original error, at another value of the scene that conflicts with it, is attached. An error
+    of another scene file stays where it is.
     """
     settings = factor.settings(value)
     own = [place for one in settings for place in (one.origin, one.path_origin)]

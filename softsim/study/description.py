@@ -1,4 +1,4 @@
-"""What a study is going to do, in a few rows of text."""
+"""Description of a study in a few rows of text."""
 
 import math
 
@@ -10,17 +10,17 @@ from softsim.study.factors import Interval, Space
 from softsim.study.loading import LoadedStudy
 
 MOST_SHOWN = 6
-"""Values of a factor that are all written; of more, only some."""
+"""Largest number of values of a factor that are all written; of more, only some are."""
 
 
 def describe(study: LoadedStudy) -> list[tuple[str, str]]:
-    """Rows of what varies and of how it is done."""
+    """Return rows of text on the factors and settings of a study."""
     factors = study.composition.factors
     return [(f.axis.column, space_text(f.axis, f.space)) for f in factors] + settings(study)
 
 
 def settings(study: LoadedStudy) -> list[tuple[str, str]]:
-    """Rows of what is the same in all cases, and of how they are chosen and judged."""
+    """Return rows of text on shared settings, design, repeats, measures and goal of a study."""
     rows = []
     if study.study.scene is not None:
         rows.append(("scene", study.study.scene))
@@ -44,7 +44,7 @@ def settings(study: LoadedStudy) -> list[tuple[str, str]]:
 
 
 def space_text(axis: Axis, space: Space) -> str:
-    """The values of a factor."""
+    """Return the values of a factor as text."""
     spacing = ", logarithmic" if axis.logarithmic else ""
     if isinstance(space, Interval):
         return f"{space.low:g} to {space.high:g}, continuous{spacing}"
@@ -55,7 +55,7 @@ def space_text(axis: Axis, space: Space) -> str:
 
 
 def sought_text(study: LoadedStudy, sought: Bisection) -> str:
-    """What a bisection seeks, and what that takes and assumes."""
+    """Return a description of a bisection: its target, assumption, and largest number of cases."""
     axis = next(axis for axis in study.factors if axis.name == sought.factor)
     cell_count = study.case_count // sought.most_runs
     return (
@@ -67,5 +67,5 @@ def sought_text(study: LoadedStudy, sought: Bisection) -> str:
 
 
 def count_text(count: int, thing: str) -> str:
-    """ "1 case", "2 cases"."""
+    """Return a count with its noun: "1 case", "2 cases"."""
     return f"{count:,} {thing}" + ("" if count == 1 else "s")

@@ -1,5 +1,7 @@
-"""What is run: points, each a value of every factor, put together by a design; and repeats of each,
-in which what is not known for sure is drawn at random.
+"""Points of a study, and their repeats.
+
+A design combines values of all factors to points. In the repeats of a point, uncertain values of
+the scene are drawn at random.
 
 The draws are normal and independent of each other. Repeat n has the same ones at all points, so
 that cases differ by their factors alone.
@@ -32,21 +34,21 @@ from softsim.study.schema import (
 )
 
 Point = tuple[Value, ...]
-"""A value of each factor, in their order."""
+"""Value of each factor, in their order."""
 
 SHARE = re.compile(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*%\s*")
-"""A standard deviation as a share of the value: "10 %"."""
+"""Pattern of a standard deviation relative to the value: "10 %"."""
 
 
 def point_count(design: PointDesign, factors: Sequence[Factor]) -> int:
-    """How many points a design has, without making them."""
+    """Return the number of points of a design, without generating them."""
     if isinstance(design, GridDesign):
         return math.prod(len(_levels(factor)) for factor in factors)
     return len(design.cases) if isinstance(design, ListDesign) else design.count
 
 
 def points(design: PointDesign, factors: Sequence[Factor], tree: Tree) -> Iterator[Point]:
-    """The points of a design, in the order of the table; `tree` is what the study says."""
+    """Yield the points of a design, in the order of the table; `tree` is the study's file."""
     if isinstance(design, GridDesign):
         yield from itertools.product(*(_levels(factor) for factor in factors))
     elif isinstance(design, ListDesign):
@@ -59,7 +61,7 @@ def points(design: PointDesign, factors: Sequence[Factor], tree: Tree) -> Iterat
 
 
 def even_shares(design: LatinHypercubeDesign | SobolDesign, dimension: int) -> list[list[float]]:
-    """Points (count, dimension) that fill the unit cube evenly."""
+    """Return points (count, dimension) that fill the unit cube evenly."""
     from scipy.stats import qmc  # slow to import
 
     is_sobol = isinstance(design, SobolDesign)
@@ -69,12 +71,12 @@ def even_shares(design: LatinHypercubeDesign | SobolDesign, dimension: int) -> l
 
 
 def rows(tree: Tree) -> list[dict[str, Tree]]:
-    """The cases that a list design writes."""
+    """Return the cases of a list design."""
     return [dict(entries(case)) for case in listed(tree, "design", "cases")]
 
 
 def refuse_incomplete_rows(tree: Tree, names: Sequence[str]) -> None:
-    """Each case of a list gives each factor, and nothing else. SceneError at the case."""
+    """Raise SceneError at a case of a list that does not give exactly the factors `names`."""
     for number, row in enumerate(rows(tree)):
         for name, value in row.items():
             if name not in names:
@@ -87,7 +89,7 @@ def refuse_incomplete_rows(tree: Tree, names: Sequence[str]) -> None:
 
 
 def refuse_misfit(design: PointDesign, factors: Sequence[Factor], tree: Tree) -> None:
-    """A grid needs values; a Sobol sequence a power of two of points. SceneError there."""
+    """Raise SceneError if a factor of a grid is continuous, or a Sobol count is no power of two."""
     if isinstance(design, GridDesign):
         for factor in factors:
             if isinstance(factor.space, Interval):
@@ -111,8 +113,10 @@ def _levels(factor: Factor) -> Sequence[Value]:
 
 @dataclass(frozen=True)
 class Perturbation:
-    """A key that is perturbed. written: its standard deviation, as the study says it; draws
-    (repeats,): in standard deviations.
+    """Perturbed key of a scene.
+
+    written: its standard deviation, as written in the study. draws (repeats,): deviations in
+    standard deviations.
     """
 
     path: str
@@ -121,13 +125,14 @@ class Perturbation:
 
     @property
     def extremes(self) -> tuple[int, int]:
-        """The repeats, from 1, of its lowest and highest value: the limits of a key are intervals,
-        so that what holds for these holds for all.
+        """Repeats, from 1, with its lowest and highest value.
+
+        The limits of a key are intervals, so if these two are valid, all are.
         """
         return int(self.draws.argmin()) + 1, int(self.draws.argmax()) + 1
 
     def setting(self, loaded: Loaded[Any], repeat: int) -> Setting:
-        """What repeat number `repeat`, from 1, sets in a scene.
+        """Return the setting of repeat number `repeat`, from 1, in a scene.
 
         Raises
         ------
@@ -146,7 +151,7 @@ class Perturbation:
         return Setting(self.path, text, self.written.key_origin, self.written.origin)
 
     def _deviation(self, value: float, place: Place) -> float:
-        """Standard deviation, SI, of a value, SI."""
+        """Return the standard deviation, SI, of a value, SI."""
         share = SHARE.fullmatch(self.written.text)
         if share is not None:
             return float(share[1]) / 100.0 * abs(value)
@@ -161,7 +166,7 @@ class Perturbation:
 
 
 def perturbations(repeats: Repeats | None, perturb: Mapping[str, Tree]) -> tuple[Perturbation, ...]:
-    """What is perturbed; perturb: what the study says under this key."""
+    """Return the perturbations of a study; perturb: its key -> deviation, as written."""
     if repeats is None:
         return ()
     # a row a repeat: more repeats leave the earlier ones as they are
@@ -173,7 +178,7 @@ def perturbations(repeats: Repeats | None, perturb: Mapping[str, Tree]) -> tuple
 
 
 def value_at(scene: Part, keys: Keys) -> Any:
-    """What a scene has at `keys`, SI."""
+    """Return the value of a scene at `keys`, SI."""
     held: Any = scene
     for key in keys:
         is_part = isinstance(held, Part)

@@ -1,6 +1,4 @@
-"""What varies in a study: the values that each factor takes, in one unit, and what they set in the
-scene.
-"""
+"""Factors of a study: their values, in one unit, and the settings of the scene for each value."""
 
 import math
 import os
@@ -28,9 +26,9 @@ from softsim.study.schema import KeyFactor, VariantsFactor
 
 @dataclass(frozen=True)
 class Reading:
-    """How the numbers of a key are read and written.
+    """Conversion of the numbers of a key from and to text.
 
-    unit: of the numbers, empty where `quantity` is None; is_whole: they are whole numbers.
+    unit: of the numbers, empty if `quantity` is None. is_whole: True for whole numbers.
     """
 
     quantity: Quantity | None = None
@@ -38,7 +36,7 @@ class Reading:
     is_whole: bool = False
 
     def number(self, written: Tree) -> float:
-        """The number of a value, in `unit`. SceneError: it is none, or of another kind."""
+        """Return the number of a value, in `unit`. Raises SceneError if it is none of this kind."""
         value = written.value
         if self.quantity is not None:
             quantity_of(written, self.quantity)
@@ -50,12 +48,15 @@ class Reading:
         return value
 
     def text(self, number: float) -> str:
-        """A number as the scene has it: "3 mm"."""
+        """Return a number as written in a scene: "3 mm"."""
         return f"{number:.15g} {self.unit}".rstrip()
 
 
 def quantity_of(written: Tree, quantity: Quantity) -> float | str:
-    """What a quantity says, SI. SceneError: it is none, or of another kind, or out of bounds."""
+    """Return the value of a quantity, SI.
+
+    Raises SceneError if it is no such quantity or out of bounds.
+    """
     try:
         return quantity.read(written.value)
     except PydanticCustomError as error:
@@ -64,8 +65,10 @@ def quantity_of(written: Tree, quantity: Quantity) -> float | str:
 
 
 def reading_of(place: Place | None, written: Sequence[Tree]) -> Reading | None:
-    """How the values of a key at `place` are read; None where they are labels: texts, or "auto"
-    among quantities. The first value gives the unit. SceneError: that one is no such quantity.
+    """Return the reading of the values of a key at `place`; None if they are labels.
+
+    Labels are texts, or quantities with "auto" among them. The first value gives the unit. Raises
+    SceneError if that is no such quantity.
     """
     quantity = place.quantity if place is not None else None
     if quantity is not None:
@@ -80,7 +83,7 @@ def reading_of(place: Place | None, written: Sequence[Tree]) -> Reading | None:
 
 @dataclass(frozen=True)
 class Interval:
-    """The numbers from `low` to `high`, both included; logarithmic: in equal ratios."""
+    """Interval of numbers from `low` to `high`, both included; logarithmic: in equal ratios."""
 
     low: float
     high: float
@@ -88,7 +91,7 @@ class Interval:
     is_whole: bool = False
 
     def at(self, share: float) -> float:
-        """The number at a share of the way, from 0 to below 1."""
+        """Return the number at a fraction of the interval, from 0 to below 1."""
         if self.is_whole:
             return self.low + int(share * (self.high - self.low + 1))
         if self.logarithmic:
@@ -96,7 +99,7 @@ class Interval:
         return rounded(self.low + share * (self.high - self.low))
 
     def levels(self, count: int) -> tuple[float, ...]:
-        """`count` numbers, evenly spaced, of which the first and last are the ends."""
+        """Return `count` evenly spaced numbers, including both ends."""
         space = np.geomspace if self.logarithmic else np.linspace
         inner = [rounded(float(number)) for number in space(self.low, self.high, count)[1:-1]]
         return (self.low, *inner, self.high)
@@ -106,19 +109,20 @@ Space = tuple[Value, ...] | Interval
 
 
 def at(space: Space, share: float) -> Value:
-    """The value at a share from 0 to below 1: values have equal parts of it."""
+    """Return the value at a fraction from 0 to below 1; listed values have equal parts of it."""
     return space.at(share) if isinstance(space, Interval) else space[int(share * len(space))]
 
 
 def rounded(number: float) -> float:
-    """To six digits: what is between two ends is a choice, and reads better so."""
+    """Return a number rounded to six digits: the points within a range are free to choose."""
     return float(f"{number:.6g}") if math.isfinite(number) else number
 
 
 @dataclass(frozen=True)
 class LabelFactor:
-    """A factor whose values are labels: scenes, variants, texts. choices: what each stands for,
-    another scene or values in it.
+    """Factor whose values are labels: scenes, variants, texts.
+
+    choices: label -> scene file, or settings of the scene.
     """
 
     axis: Axis
@@ -126,16 +130,16 @@ class LabelFactor:
 
     @property
     def space(self) -> Space:
-        """All that it can be."""
+        """Possible values."""
         return tuple(self.choices)
 
     @property
     def tried(self) -> tuple[Value, ...]:
-        """The values with which the scene is checked: all."""
+        """Values with which the scene is checked: all."""
         return tuple(self.choices)
 
     def read(self, written: Tree) -> str:
-        """The label that a case of a list names. SceneError: there is none of this name."""
+        """Return the label that a case of a list names. Raises SceneError if it is unknown."""
         if written.text not in self.choices:
             raise SceneError(
                 f"{self.axis.name} has no value {written.text!r}",
@@ -145,21 +149,21 @@ class LabelFactor:
         return written.text
 
     def scene(self, value: Value) -> Path | None:
-        """The scene file that a value stands for; None where it does not choose one."""
+        """Return the scene file of a value; None if it does not choose one."""
         choice = self.choices[str(value)]
         return choice if isinstance(choice, Path) else None
 
     def settings(self, value: Value) -> tuple[Setting, ...]:
-        """What a value sets."""
+        """Return the settings of a value."""
         choice = self.choices[str(value)]
         return () if isinstance(choice, Path) else choice
 
 
 @dataclass(frozen=True)
 class NumberFactor:
-    """A factor whose values are the numbers of a key, in the unit of its column.
+    """Factor whose values are the numbers of a key, in the unit of its column.
 
-    space: all that it can be. origins: where the study writes those of its numbers that it does.
+    space: possible values. origins: number -> its location, for numbers written in the study.
     """
 
     axis: Axis
@@ -171,21 +175,22 @@ class NumberFactor:
 
     @property
     def tried(self) -> tuple[Value, ...]:
-        """The values with which the scene is checked: the lowest and the highest, as the limits of
-        a key are intervals.
+        """Values with which the scene is checked: the lowest and the highest.
+
+        They suffice, as the limits of a key are intervals.
         """
         return tuple(dict.fromkeys((min(self.origins), max(self.origins))))
 
     def read(self, written: Tree) -> float:
-        """The number that a case of a list gives. SceneError: it is none of this key."""
+        """Return the number that a case of a list gives. Raises SceneError if it is invalid."""
         return self.reading.number(written)
 
     def scene(self, value: Value) -> Path | None:
-        """None: it chooses no scene."""
+        """Return None: a number chooses no scene."""
         return None
 
     def settings(self, value: Value) -> tuple[Setting, ...]:
-        """What a value sets."""
+        """Return the settings of a value."""
         number = float(value)
         origin = self.origins.get(number, self.path_origin)
         return (Setting(self.path, self.reading.text(number), self.path_origin, origin),)
@@ -197,7 +202,7 @@ SPACINGS = ("values", "range", "log_range")
 
 
 def scene_file(named: Tree, folder: Path) -> Path:
-    """The scene file that a study in `folder` names. SceneError: there is none."""
+    """Return the scene file that a study in `folder` names. Raises SceneError if it is missing."""
     path = Path(os.path.normpath(folder / named.text))
     if not is_file(path):
         raise SceneError(f"there is no file {path}", location=named.origin)
@@ -205,7 +210,7 @@ def scene_file(named: Tree, folder: Path) -> Path:
 
 
 def scenes_factor(name: str, about: str, tree: Tree, folder: Path) -> LabelFactor:
-    """A factor that chooses the scene file. SceneError: there is none."""
+    """Return a factor that chooses the scene file. Raises SceneError if a file is missing."""
     files = entries(tree, "scenes")
     choices = {label: scene_file(file, folder) for label, file in files.items()}
     return LabelFactor(Axis(name, is_label=True, about=about), choices)
@@ -219,10 +224,10 @@ def factor_in(
     base: Tree,
     in_list: Sequence[Tree] | None,
 ) -> Factor:
-    """A factor that sets keys of the scene.
+    """Return a factor that sets keys of the scene.
 
-    tree: what the study says of it; root: the class of the scene's file; base: of the scene, with
-    what comes before it; in_list: what the cases of a list give it, None in other designs.
+    tree: its entry in the study. root: class of the scene's file. base: tree of the scene, with the
+    settings before this factor. in_list: its values in the cases of a list, None in other designs.
 
     Raises
     ------
@@ -247,8 +252,9 @@ def factor_in(
 def written_values(
     name: str, part: KeyFactor, tree: Tree, in_list: Sequence[Tree] | None
 ) -> Sequence[Tree]:
-    """The values that the study writes: all of them, or the ends of a range. SceneError: none, or
-    too many.
+    """Return the values written in the study: all of them, or the ends of a range.
+
+    Raises SceneError if there are none, or they are given twice.
     """
     given = {key: held for key in SPACINGS if (held := child(tree, key)) is not None}
     count = child(tree, "count")
@@ -272,7 +278,7 @@ def written_values(
 
 
 def labels_of_key(name: str, part: KeyFactor, path: Tree, written: Sequence[Tree]) -> LabelFactor:
-    """A key whose values are texts. SceneError: a range of them."""
+    """Return the factor of a key whose values are texts. Raises SceneError for a range."""
     if part.range or part.log_range:
         raise SceneError("a range needs two numbers", "give values", written[0].origin)
     if part.values is not None:
@@ -286,7 +292,7 @@ def labels_of_key(name: str, part: KeyFactor, path: Tree, written: Sequence[Tree
 def numbers_of_key(
     name: str, part: KeyFactor, path: Tree, reading: Reading, written: Sequence[Tree]
 ) -> NumberFactor:
-    """A key whose values are numbers. SceneError: an interval that is none."""
+    """Return the factor of a key whose values are numbers. Raises SceneError for a bad interval."""
     numbers = [reading.number(one) for one in written]
     axis = Axis(name, reading.unit, logarithmic=part.log_range is not None, about=part.about)
     if part.values is not None:
@@ -301,7 +307,7 @@ def numbers_of_key(
 def _between(
     part: KeyFactor, reading: Reading, ends: Sequence[float], written: Sequence[Tree]
 ) -> Space:
-    """The interval of a range, or its levels where it has a count."""
+    """Return the interval of a range, or its levels if it has a count."""
     low, high = ends
     if not low < high:
         raise SceneError(
@@ -322,7 +328,7 @@ def _between(
 
 
 def _refuse_twice(values: Sequence[Value], written: Sequence[Tree]) -> None:
-    """Each value once. SceneError where it is written again."""
+    """Raise SceneError at a value that is written twice."""
     seen: set[Value] = set()
     for value, one in zip(values, written, strict=True):
         if value in seen:

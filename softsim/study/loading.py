@@ -59,39 +59,43 @@ class LoadedStudy:
 
     @property
     def factors(self) -> tuple[Axis, ...]:
-        """Columns of what varies."""
+        """Columns of the factors."""
         return tuple(factor.axis for factor in self.composition.factors)
 
     @property
     def repeats(self) -> int:
-        """How often each case is run."""
+        """Number of repeats of each case."""
         return self.study.repeat_count
 
     @property
     def search_space(self) -> dict[str, Space]:
-        """Factor -> all that it can be: an interval, or values; in the unit of its column."""
+        """Factor -> its interval or values, in the unit of its column."""
         return {factor.axis.name: factor.space for factor in self.composition.factors}
 
     @property
     def case_count(self) -> int:
-        """How many cases it has, a bisection at most, without making them. SceneError where it has
-        no design.
+        """Number of cases, for a bisection the largest possible one, without generating them.
+
+        Raises SceneError if the study has no design.
         """
         if self.bisection is not None:
             return len(cells(self.bisection, self.composition.factors)) * self.bisection.most_runs
         return point_count(self._design(), self.composition.factors) * self.repeats
 
     def cases(self) -> list[Case]:
-        """All cases, in the order of the table; repeats of a case follow each other. Of a bisection
-        those that it begins with. SceneError where it has no design.
+        """Return all cases, in the order of the table; repeats of a case follow each other.
+
+        For a bisection they are the cases of its first round. Raises SceneError if the study has
+        no design.
         """
         return next(self.rounds(lambda case: None)).cases
 
     def rounds(self, result: Callable[[Case], float | None]) -> Iterator[Round]:
-        """All cases at once; of a bisection those at the next levels of all cells, until all
-        boundaries are known. When a round is pulled, `result` of each case of the one before is the
-        measure that it has found, None where its run has failed. SceneError where there is no
-        design.
+        """Yield all cases at once; for a bisection, round by round until all boundaries are known.
+
+        A round of a bisection has the cases at the next levels of all cells. Before the next round
+        is requested, `result` must return the measure of each case of the previous one, None if its
+        run has failed. Raises SceneError if there is no design.
         """
         if self.bisection is None:
             cases = self._all_cases()

@@ -48,11 +48,11 @@ class MeasureColumn(Axis):
         return False
 
     def si_unit(self, produced: Mapping[str, Measure]) -> str:
-        """Return its SI unit; `produced` is what a run of the scene tells."""
+        """Return its SI unit; `produced`: name -> measure of a run of the scene."""
         return produced[self.of].unit
 
     def value(self, summary: Mapping[str, Any], history: History) -> Value | None:
-        """What a run found, in `unit`; None where it found nothing."""
+        """Return the value of the measure in a run, in `unit`; None if the run has none."""
         found: Any = summary
         for word in self.of.split("."):
             found = found.get(word) if isinstance(found, Mapping) else None
@@ -233,11 +233,10 @@ def goal_of(
     columns: Sequence[MeasureColumn],
     produced: Mapping[str, Measure],
 ) -> tuple[Goal | None, tuple[Mismatch, ...]]:
-    """Which column should be large or small, None where nothing is sought; and the further one that
-    references need to tell.
+    """Return the goal of an optimisation, and the mismatch columns that references need.
 
-    tree: what the study writes under `optimize`; columns: its measures; produced: name -> what a
-    run tells.
+    The goal is None without an objective. tree: entry `optimize` of the study. columns: measures of
+    the study. produced: name -> measure of a run.
 
     Raises
     ------

@@ -324,7 +324,7 @@ class Study(Part):
 
     @property
     def repeat_count(self) -> int:
-        """How often each case is run."""
+        """Number of repeats of each case."""
         return self.repeats.count if self.repeats is not None else 1
 
 
