@@ -1,12 +1,12 @@
-"""How far a robot gets, trailing its tether: `softsim reach`.
+"""Reach of a robot with a tether in a layout of pipes: `softsim reach`.
 
-To be read in this order:
+Modules in reading order:
 
-    tension    what the tether pulls with, along the ways through a layout
-    pull       what a robot can pull: where trials are to go, and the bracket that they leave
-    trials     the scenes of trials, and what one of them says
-    answer     metres, from both
-    plan       what a layout asks for
+    tension    tension of the tether along the paths through a layout
+    pull       pulling force of a robot: drags of the trials, and the bracket that results
+    trials     scenes of trials, and the result of one
+    answer     distances, from tension and pulling force
+    plan       paths of a layout and the trials that they need
     running    trials on the workers
-    writing    the answer in the folder
+    writing    result files in the folder
 """

@@ -1,13 +1,14 @@
-"""How far a robot gets along a layout: where the tension of its tether exceeds what it can pull.
+"""Distance that a robot travels in a layout until the tether tension exceeds its pulling force.
 
-A trial says what it pulls level, against friction, and upright, against weight. In between a layout
-asks for both: of the tension T the part R hangs and pulls at rest too (reach/tension.py), and the
-robot lifts its own weight by the sine of the inclination. Taken is the pull
+Trials give the pulling force in a level pipe, against friction, and in an upright pipe, against
+weight. Other pipes need both: the part R of the tension T is hanging weight that acts at rest too
+(reach/tension.py), and the robot lifts its own weight by the sine of the inclination. The pulling
+force is
 
     P = P_level + h (P_upright - P_level),   h = max(R / T, sin(beta), 0)
 
-which is what trials found at both ends, and an assumption between them. Where the pipe narrows or
-widens the lower of the pulls at both ends of that segment counts.
+which is the result of trials at both ends, and an assumption between them. In a segment with a
+change of diameter the lower of the pulling forces at both ends applies.
 """
 
 import math
@@ -26,7 +27,7 @@ ALIKE = 1e-6  # shares of upright below this are level
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """What a way asks of a robot, at the same places: the tension, and h (n,) [-]."""
+    """Load on a robot at the points of a path: the tension, and h (n,) [-]."""
 
     tension: Tension
     uprightness: np.ndarray
@@ -34,7 +35,7 @@ class Load:
 
 @dataclass(frozen=True)
 class Distance:
-    """How far a robot gets [m] on the way to an exit, at least and at most; length of the way."""
+    """Least and largest distance [m] of a robot on the path to an exit, and its length [m]."""
 
     exit: str
     least: float
@@ -43,7 +44,7 @@ class Distance:
 
     @property
     def sentence(self) -> str:
-        """In words."""
+        """Distance as a sentence."""
         to = f"of {self.length:.3g} m to the exit '{self.exit}'"
         if self.least >= self.length:
             return f"the robot gets all the way {to}"
@@ -53,7 +54,7 @@ class Distance:
 
 
 def load_of(way: Way, tether: Tether, down: np.ndarray) -> Load:
-    """What a way asks of a robot with a tether."""
+    """Return the load of a path on a robot with a tether; down: unit vector of gravity (3,)."""
     tension = tension_along(way, tether, down)
     drawing, holding = tension.drawing, tension.holding
     hanging = np.divide(holding, drawing, out=np.zeros(len(drawing)), where=drawing > 0.0)
@@ -62,7 +63,7 @@ def load_of(way: Way, tether: Tether, down: np.ndarray) -> Load:
 
 
 def needed(way: Way, loads: Iterable[Load]) -> set[TrialPipe]:
-    """The trials that decide how far a robot gets along a way."""
+    """Return the pipes of the trials that a path needs."""
     found = set()
     for load in loads:
         for both, share in zip(radii(way), load.uprightness, strict=True):
@@ -72,18 +73,18 @@ def needed(way: Way, loads: Iterable[Load]) -> set[TrialPipe]:
 
 
 def weights(share: float) -> dict[Heading, float]:
-    """How much the pull of each heading counts, of those that do."""
+    """Return the nonzero weights of the pulling forces of both headings, for h = `share`."""
     both = {Heading.level: 1.0 - share, Heading.upright: share}
     return {heading: weight for heading, weight in both.items() if weight > 0.0}
 
 
 def diameter(radius: float) -> float:
-    """Of a pipe [m], rounded to a nanometre."""
+    """Return the diameter [m] of a pipe, rounded to a nanometre."""
     return round(2.0 * radius, 9)
 
 
 def pulls_along(way: Way, load: Load, pulls: Mapping[TrialPipe, float]) -> np.ndarray:
-    """What a robot can pull (n,) [N] at the places of a way."""
+    """Return the pulling force (n,) [N] of a robot at the points of a path."""
     return np.array(
         [
             min(
@@ -96,8 +97,9 @@ def pulls_along(way: Way, load: Load, pulls: Mapping[TrialPipe, float]) -> np.nd
 
 
 def farthest(arc: np.ndarray, tension: np.ndarray, pull: np.ndarray) -> float:
-    """Arc length [m] up to which the tension does not exceed the pull, (n,) each; linear between
-    places.
+    """Return the arc length [m] up to which the tension does not exceed the pulling force.
+
+    arc [m], tension, pull [N]: (n,) each, interpolated linearly between the points.
     """
     left = pull - tension
     beyond = np.flatnonzero(left < 0.0)
@@ -113,8 +115,10 @@ def farthest(arc: np.ndarray, tension: np.ndarray, pull: np.ndarray) -> float:
 
 
 def distance(way: Way, loads: tuple[Load, Load], pulls: Pulls) -> Distance:
-    """Along a way, at least with the lower and at most with the higher pulls. loads: with the least
-    and with the most friction. More of it asks for more, but hangs less: either may be the worse.
+    """Return the least and largest distance along a path, from the lower and higher pulling forces.
+
+    loads: with the least and with the most friction. More friction increases the tension, but
+    decreases its hanging part, so either may be worse.
     """
     least, most = (
         [
@@ -133,14 +137,17 @@ def distance(way: Way, loads: tuple[Load, Load], pulls: Pulls) -> Distance:
 def straight_distance(
     pipe: TrialPipe, pull: Bracket, weight: float, friction: tuple[float, float]
 ) -> tuple[float, float]:
-    """The same in a long straight pipe [m]: P / w upright, P / (mu w) level."""
+    """Return the least and largest distance [m] in a long straight pipe.
+
+    P / w upright and P / (mu w) level, with the pulling force P and the tether's weight w [N/m].
+    """
     if pipe.heading is Heading.upright:
         return pull.low / weight, pull.high / weight
     return carried(pull.low, weight * friction[1]), carried(pull.high, weight * friction[0])
 
 
 def carried(pull: float, rate: float) -> float:
-    """Length [m] at which a tension that grows by `rate` [N/m] reaches a pull [N]."""
+    """Return the length [m] at which a tension that grows by `rate` [N/m] reaches `pull` [N]."""
     if pull == 0.0:
         return 0.0
     return pull / rate if rate > 0.0 else math.inf

@@ -1,4 +1,4 @@
-"""What is to be found out of a layout: its ways, what they ask of a robot, the trials they need."""
+"""Plan of a reach computation: paths of a layout, their loads on a robot, the trials they need."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,8 +20,10 @@ from softsim.scene.surroundings import PipePathWall
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The ways of a layout, each with what it asks of the robot for the least and the most friction
-    of the tether, whose weight is in N/m; the scenes of trials, by pipe.
+    """Paths of a layout, with their loads on the robot, and the scenes of the trials.
+
+    weight [N/m]: of the tether. loads: of each path for the least and the most friction of the
+    tether. scenes: of the trials, by pipe.
     """
 
     loaded: LoadedScene
@@ -33,17 +35,18 @@ class Plan:
 
     @property
     def friction(self) -> tuple[float, float]:
-        """Of the tether, at least and at most."""
+        """Least and largest friction coefficient of the tether [-]."""
         return trailed_friction(self.loaded)
 
 
 def plan_for(loaded: LoadedScene, robot: str, overrides: Sequence[str]) -> Plan:
-    """What a layout with a standard robot in it asks for, both as overrides have changed them.
+    """Return the plan for a layout with a standard robot in it, after overrides of both.
 
     Raises
     ------
-    SceneError, MeshError: the layout has no end, the robot does not fit, it pulls no tether, there
-    is no gravity, no cycle is known for a pipe of that diameter.
+    SceneError, MeshError
+        The layout has no end, the robot does not fit or pulls no tether, there is no gravity, or no
+        pressure cycle is known for a pipe of that diameter.
     """
     puller = Puller.of(loaded)
     gravity = gravity_in_space(loaded.scene.environment)
@@ -73,7 +76,7 @@ def plan_for(loaded: LoadedScene, robot: str, overrides: Sequence[str]) -> Plan:
 
 
 def trailed_friction(loaded: LoadedScene) -> tuple[float, float]:
-    """Friction coefficients of the tether, at least and at most."""
+    """Return the least and largest friction coefficient of the tether [-]."""
     assert loaded.scene.trailed is not None  # the question has it
     return loaded.scene.trailed.friction_coefficient
 
@@ -81,7 +84,7 @@ def trailed_friction(loaded: LoadedScene) -> tuple[float, float]:
 def refuse_unknown_diameters(
     loaded: LoadedScene, network: PipeNetwork, found: Sequence[Way]
 ) -> None:
-    """The pressure cycle is known for some diameters and what lies between them."""
+    """Raise SceneError for a diameter outside the range with known pressure cycles."""
     for way in found:
         for segment, _ in way.parts:
             for radius in segment.radii:
@@ -93,7 +96,7 @@ def refuse_unknown_diameters(
 def wrong_diameter(
     loaded: LoadedScene, network: PipeNetwork, segment: Segment, wide: float
 ) -> SceneError:
-    """No cycle is known for a segment with this diameter [m]."""
+    """Return the error of a segment with a diameter `wide` [m] without a known pressure cycle."""
     keys = ("environment", "walls", str(network.name))
     wall = loaded.scene.environment.walls[str(network.name)]
     assert isinstance(wall, PipePathWall)

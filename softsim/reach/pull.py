@@ -1,8 +1,9 @@
-"""What a robot can pull: the largest drag with which it still gets on, cycle by cycle.
+"""Pulling force of a robot: the largest drag with which it still advances in each cycle.
 
-Sought by bisection, in equal ratios, between LEAST and MOST: whether a robot gets on with a drag is
-a trial. Assumed: what stops it, stops it with any larger drag too. The bracket that is left, the
-largest drag with which it got on and the least with which it did not, is the answer's band.
+It is found by bisection, in equal ratios, between LEAST and MOST; each step is a trial whether the
+robot advances with a drag. A drag that stops the robot is assumed to stop it when larger, too. The
+result is a bracket: the largest drag with which the robot advanced, and the least with which it did
+not.
 """
 
 import math
@@ -10,16 +11,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 LEAST, MOST = 0.01, 2.0
-"""Between which drags [N] on the robot is sought: a tenth of the PFR's weight, and twenty times it,
-what it pulls on a force gauge."""
+"""Range of the searched drags [N] on the robot.
+
+A tenth of the PFR's weight, and twenty times it, which is its pulling force on a force gauge."""
 
 
 @dataclass(frozen=True)
 class Bracket:
-    """The pull lies between low and high [N]; high is infinite where it got on with all that was
-    tried, the largest of which lies below MOST by less than the ratio asked for.
+    """Bracket of the pulling force, between low and high [N].
 
-    Both are zero where it does not get on without any drag.
+    high is infinite if the robot advanced with all drags that were tried, the largest of which lies
+    below MOST by less than the required ratio. Both are zero if it does not advance without drag.
     """
 
     low: float
@@ -27,8 +29,9 @@ class Bracket:
 
 
 def trials_left(seen: Mapping[float, bool], ratio: float) -> int:
-    """Trials, at most, until the bracket's ends differ by at most this `ratio`. seen: drag ->
-    whether the robot got on with it.
+    """Return the largest number of trials until the ends of the bracket differ by at most `ratio`.
+
+    seen: drag -> True if the robot advanced with it.
     """
     low, high = bounds(seen)
     halvings = math.ceil(math.log2(max(1.0, math.log(high / low) / math.log(ratio))) - 1e-9)
@@ -37,9 +40,10 @@ def trials_left(seen: Mapping[float, bool], ratio: float) -> int:
 
 
 def next_drag(seen: Mapping[float, bool], ratio: float) -> float | None:
-    """The drag [N] of the next trial; None where there is nothing more to ask.
+    """Return the drag [N] of the next trial, or None if there is no more trial.
 
-    The middle of what is left, in equal ratios. Where it got on with none of them, 0 N at last.
+    It is the geometric mean of the bounds. If the robot advanced with none of the drags, 0 N
+    follows last.
     """
     low, high = bounds(seen)
     if high / low > ratio * (1.0 + 1e-9):
@@ -48,14 +52,14 @@ def next_drag(seen: Mapping[float, bool], ratio: float) -> float | None:
 
 
 def bounds(seen: Mapping[float, bool]) -> tuple[float, float]:
-    """Between which drags [N] the limit lies, of LEAST to MOST."""
+    """Return the lower and upper bound [N] of the limit, within LEAST and MOST."""
     low = max((drag for drag, moved in seen.items() if moved), default=LEAST)
     high = min((drag for drag, moved in seen.items() if not moved and drag > 0.0), default=MOST)
     return max(low, LEAST), high
 
 
 def bracket(seen: Mapping[float, bool]) -> Bracket:
-    """What trials have left of the range."""
+    """Return the bracket that results from the trials."""
     moved = [drag for drag, it_moved in seen.items() if it_moved]
     stood = [drag for drag, it_moved in seen.items() if not it_moved]
     if 0.0 in stood:

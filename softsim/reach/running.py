@@ -1,9 +1,9 @@
-"""Trials on the workers, one after the other for each pipe; what they leave in a folder.
+"""Trials on the workers, one after the other for each pipe, and the files in their folder.
 
-reach.json          the answer, and all trials
-reach.png           the answer in a picture
-PIPE.yaml           the scene of the trials in a pipe, to be run with softsim run
-cases/KEY/          what the run of a trial leaves, thinned
+reach.json          result, and all trials
+reach.png           figure of the result
+PIPE.yaml           scene of the trials in a pipe, for softsim run
+cases/KEY/          output of the run of a trial, reduced
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,9 +31,10 @@ AGAIN = (FAILED, LOST)  # without them there is no answer
 
 @dataclass(frozen=True)
 class Trial:
-    """A drag [N] on the robot, its way in a pressure cycle [m], mean speed [m/s], its run.
+    """Trial with a drag [N] on the robot: displacement in a pressure cycle [m], mean speed [m/s].
 
-    It got on if that way is longer than what the recoil of its spikes explains.
+    The robot advanced if the displacement is larger than the recoil of its spikes explains. key,
+    wall_time [s]: of its run.
     """
 
     drag: float
@@ -44,14 +45,16 @@ class Trial:
 
     @property
     def got_on(self) -> bool:
-        """Whether it moved forward."""
+        """True if the robot advanced."""
         return self.progress > LEAST_PROGRESS
 
 
 @dataclass
 class Search:
-    """For what the robot can pull in a pipe: its trials so far, their scene in `file`, the folder
-    of their runs.
+    """Search for the pulling force of the robot in a pipe.
+
+    file: scene of the trials. cases: folder of their runs. ratio: required ratio of the bracket.
+    trials: those done so far.
     """
 
     pipe: TrialPipe
@@ -63,21 +66,21 @@ class Search:
 
     @property
     def seen(self) -> dict[float, bool]:
-        """Drag -> whether the robot got on with it."""
+        """Mapping from each drag to True if the robot advanced with it."""
         return {trial.drag: trial.got_on for trial in self.trials}
 
     @property
     def bracket(self) -> Bracket:
-        """What is known of the pull."""
+        """Bracket of the pulling force from the trials so far."""
         return bracket(self.seen)
 
     @property
     def left(self) -> int:
-        """Trials at most that are left."""
+        """Largest number of trials that are left."""
         return trials_left(self.seen, self.ratio)
 
     def next_job(self, device: str) -> Job | None:
-        """The next trial; None at the end."""
+        """Return the job of the next trial, or None at the end."""
         drag = next_drag(self.seen, self.ratio)
         if drag is None:
             return None
@@ -87,7 +90,7 @@ class Search:
         return Job(case, key, self.cases / key, device)
 
     def note(self, job: Job, outcome: Outcome) -> Trial:
-        """What came of a trial. StabilityError: its run has failed."""
+        """Record and return the result of a trial. Raises StabilityError if its run has failed."""
         drag = float(job.case.values["drag"])
         if outcome.status != DONE:
             raise StabilityError(
@@ -100,7 +103,7 @@ class Search:
         return self.trials[-1]
 
     def take_stored(self, device: str) -> None:
-        """Take over the trials that the folder holds."""
+        """Record the trials that are stored in the folder."""
         while (job := self.next_job(device)) is not None:
             known = known_outcome(job, AGAIN)
             if known is None:
@@ -112,8 +115,9 @@ def searches(
     scenes: Mapping[TrialPipe, LoadedScene], puller: Puller, written: Path, folder: Path,
     ratio: float, device: str,
 ) -> list[Search]:  # fmt: skip
-    """One a pipe, with the trials that the folder holds already; its scene is written into the
-    folder `written`. Raises as `seek` does.
+    """Return a search for each pipe, with the trials that the folder already has.
+
+    The scenes are written into the folder `written`. Raises the errors of `seek`.
     """
     home, found = RunFolder(written.resolve()), []
     for pipe, loaded in scenes.items():
@@ -129,10 +133,11 @@ def seek(
     asked: Sequence[Search], folder: Path, pool: AbstractContextManager[WorkerPool], device: str,
     console: Console, simulate: Simulate = simulate,
 ) -> None:  # fmt: skip
-    """Run trials until all pulls are known; those that are stored are not run again.
+    """Run trials until all pulling forces are known; stored trials are not run again.
 
-    Raises StabilityError: a trial's run has failed. Interrupted: SIGINT or SIGTERM came; the same
-    call goes on. OutputError: another one works in the folder, or the disk refuses.
+    Raises StabilityError if the run of a trial has failed, Interrupted after SIGINT or SIGTERM (the
+    same call continues the search), and OutputError if another process uses the folder or a file
+    cannot be written.
     """
     if not any(search.left for search in asked):
         return
@@ -150,7 +155,7 @@ def seek(
 
 
 def told(pipe: TrialPipe, trial: Trial, left: int) -> str:
-    """A trial in a line."""
+    """Return a trial as a line of text."""
     got_on = "advances" if trial.got_on else "does not advance"
     return (
         f"{pipe.name}, {1e3 * trial.drag:.3g} mN: {got_on}, {1e3 * trial.progress:+.1f} mm per "

@@ -1,21 +1,23 @@
-"""Tension of a tether that is drawn through pipes, from where it enters to the robot at its end.
+"""Tension of a tether that is drawn through pipes, from the entrance to the robot at its end.
 
 A tether of weight w [N/m] lies on the wall with the force p per length that balances its weight
-across the pipe and, in a bend, its tension (t: unit tangent the way the robot goes, g: unit vector
-down, kappa n: curvature towards the centre of the bend):
+across the pipe and, in a bend, its tension (t: unit tangent in the direction of travel, g: unit
+vector down, kappa n: curvature towards the centre of the bend):
 
     p = T kappa n + w (g - (g.t) t)
     dT/ds = -w g.t + mu |p|        while it is drawn forward
     dR/ds = -w g.t - mu |p(R)|     when it is about to slide back
 
-T is what the robot must pull, R what keeps the tether from sliding back: what of T is weight that
-hangs, and pulls on a robot at rest too. Where it enters nothing holds it: T = R = 0. A tether
-cannot push: neither falls below 0, on ways down that are steeper than its angle of friction.
+T is the tension that the robot must overcome, R the one that keeps the tether from sliding back:
+the part of T that is hanging weight and acts on a robot at rest too. At the entrance nothing holds
+the tether: T = R = 0. A tether cannot push: neither falls below 0 on downward paths that are
+steeper than its angle of friction.
 
-Of a straight way p is w cos(beta), and T grows by w (sin(beta) + mu cos(beta)) per length. Without
-weight a bend by theta gives T exp(mu theta), Euler and Eytelwein's. In general the equation is
-integrated. The corner where pipes branch has no length: exp(mu theta) alone. Friction is Coulomb's,
-bending stiffness and the tether's diameter are neglected.
+On a straight path p is w cos(beta), and T grows by w (sin(beta) + mu cos(beta)) per length. Without
+weight a bend by theta gives T exp(mu theta), the capstan equation of Euler and Eytelwein. In
+general the equation is integrated. The corner where pipes branch has no length and adds the factor
+exp(mu theta) alone. Friction is Coulomb friction; bending stiffness and diameter of the tether are
+neglected.
 """
 
 from collections.abc import Sequence
@@ -35,7 +37,7 @@ ACCURACY = 1e-9  # of the integration, relative
 
 @dataclass(frozen=True)
 class Tether:
-    """Weight [N/m] and friction coefficient [-] of what is trailed."""
+    """Tether with a weight [N/m] and a friction coefficient [-]."""
 
     weight: float
     friction: float
@@ -43,8 +45,10 @@ class Tether:
 
 @dataclass(frozen=True, eq=False)
 class Tension:
-    """Along a way: arc lengths (n,) [m], rising but for corners, where two are the same; the
-    tension that draws the tether on, and the least that holds it (n,) [N].
+    """Tension of a tether along a path.
+
+    arc_length (n,) [m]: rising, with two equal values at corners. drawing (n,) [N]: tension that
+    draws the tether forward. holding (n,) [N]: least tension that keeps it from sliding back.
     """
 
     arc_length: np.ndarray
@@ -54,9 +58,9 @@ class Tension:
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """From the start of a layout to an exit: segments, and how far [m] along each the way goes.
+    """Path from the start of a layout to an exit: segments, and the length [m] along each.
 
-    Where it leaves a pipe for a branch, at the end of such a part, it turns a corner.
+    corners: numbers of the parts before which the path turns from a pipe into a branch.
     """
 
     exit: str
@@ -65,13 +69,13 @@ class Way:
 
     @property
     def length(self) -> float:
-        """Arc length [m] of its end."""
+        """Arc length [m] of the end of the path."""
         segment, length = self.parts[-1]
         return segment.start + length
 
 
 def ways(network: PipeNetwork) -> list[Way]:
-    """The way to each exit of a layout."""
+    """Return the path to each exit of a layout."""
     found = []
     for name, number in network.exits.items():
         leaves = network.ways_to(number)
@@ -87,12 +91,12 @@ def ways(network: PipeNetwork) -> list[Way]:
 
 
 def until(path: PipePath, end: float) -> list[tuple[Segment, float]]:
-    """The segments of a path and their lengths up to an arc length [m]."""
+    """Return the segments of a path up to an arc length [m], and their lengths [m] up to there."""
     return [(s, min(s.end, end) - s.start) for s in path.segments if s.start < end]
 
 
 def tension_along(way: Way, tether: Tether, down: np.ndarray) -> Tension:
-    """Tensions of a tether along a way; down: unit vector of gravity (3,)."""
+    """Return the tensions of a tether along a path; down: unit vector of gravity (3,)."""
     drawing, holding = Drawn(tether, 1.0), Drawn(tether, -1.0)
     arcs, both = [], []
     last = np.zeros(2)
@@ -113,7 +117,7 @@ def tension_along(way: Way, tether: Tether, down: np.ndarray) -> Tension:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A tether on which friction acts backward, `sense` 1: it is drawn on; or forward, -1."""
+    """Tether that is drawn forward (`sense` 1, friction acts backward) or slides back (-1)."""
 
     tether: Tether
     sense: float
@@ -121,7 +125,10 @@ class Drawn:
     def along(
         self, segment: Segment, down: np.ndarray, along: np.ndarray, first: float
     ) -> np.ndarray:
-        """Tension (n,) [N] at lengths (n,) [m] after the start of a segment, `first` there."""
+        """Return the tension (n,) [N] at lengths (n,) [m] in a segment.
+
+        first [N]: tension at the start of the segment. down (3,): unit vector of gravity.
+        """
         if segment.kind != BEND:
             return self.along_straight(in_space(segment.tangent), down, along, first)
         return self.along_bend(segment, down, along, first)
@@ -129,14 +136,14 @@ class Drawn:
     def along_straight(
         self, tangent: np.ndarray, down: np.ndarray, along: np.ndarray, first: float
     ) -> np.ndarray:
-        """The same on a straight way, in closed form."""
+        """Return the tension (n,) [N] in a straight segment, in closed form."""
         rate = self.rate(tangent, np.zeros(3), down, first)
         return np.asarray(np.maximum(first + rate * along, 0.0))
 
     def along_bend(
         self, segment: Segment, down: np.ndarray, along: np.ndarray, first: float
     ) -> np.ndarray:
-        """The same in a bend, integrated."""
+        """Return the tension (n,) [N] in a bend, by integration."""
         forward, side = in_space(segment.tangent), in_space(segment.side)
 
         def change(s: float, tension: np.ndarray) -> list[float]:
@@ -157,7 +164,7 @@ class Drawn:
     def rate(
         self, tangent: np.ndarray, curvature: np.ndarray, down: np.ndarray, tension: float
     ) -> float:
-        """dT/ds [N/m] where the way has this tangent and curvature [1/m] (3,)."""
+        """Return dT/ds [N/m] for a tangent and a curvature [1/m] (3,) of the path."""
         weight, falling = self.tether.weight, float(down @ tangent)
         pressing = tension * curvature + weight * (down - falling * tangent)
         friction = self.tether.friction * float(np.linalg.norm(pressing))
@@ -165,12 +172,12 @@ class Drawn:
 
 
 def in_space(vector: np.ndarray) -> np.ndarray:
-    """A vector of a section or of space (3,)."""
+    """Return a vector of a section or of space as a vector of space (3,)."""
     return np.pad(vector, (0, 3 - len(vector)))
 
 
 def rises(way: Way, down: np.ndarray) -> np.ndarray:
-    """Sine of the inclination (n,) at the places of `tension_along`."""
+    """Return the sine of the inclination (n,) at the points of `tension_along`."""
     found = []
     for segment, length in way.parts:
         _, tangents = segment.axis_place(np.linspace(0.0, length, PLACES))
@@ -179,5 +186,5 @@ def rises(way: Way, down: np.ndarray) -> np.ndarray:
 
 
 def radii(way: Way) -> Sequence[tuple[float, float]]:
-    """Of the pipe at both ends of the segment [m], for each place of `tension_along`."""
+    """Return the radii [m] of both ends of the segment for each point of `tension_along`."""
     return [segment.radii for segment, _ in way.parts for _ in range(PLACES)]

@@ -1,16 +1,17 @@
-"""The scenes of trials: the robot in a straight pipe, level or upright, pulls with a steady drag.
+"""Scenes of trials: the robot in a straight pipe, level or upright, pulls against a steady drag.
 
-Level, the drag is friction: the robot's own load `tether` with another `drag`, which holds at rest
-but does not pull back. Upright it is weight: a force on the frame against the way, at rest too,
-which comes on with the first inflation; the robot starts on a floor. A section that stands for a
-part of the robot along its axis (`axial_relief`) is given that part of the drag.
+In a level pipe the drag is friction: the robot's own load `tether` with another `drag`, which holds
+at rest but does not pull back. In an upright pipe it is weight: a force on the frame against the
+direction of travel, at rest too, which rises during the first inflation; the robot starts on a
+floor. A section that represents a part of the robot along its axis (`axial_relief`) has that part
+of the drag.
 
-A trial lasts from the start to where the pressure begins to fall for the second time: its answer is
-how far the robot is then from where it was when it began to fall for the first time, at the same
-place of the cycle.
+A trial lasts from the start until the pressure begins to fall for the second time. Its result is
+the displacement of the robot since the pressure began to fall for the first time, at the same phase
+of the cycle.
 
-The pressure cycle is the robot's own, with the deflation rate and the lowest pressure that serve
-its pipe best: Table 6.2 of the thesis, linear between its diameters.
+The pressure cycle is the robot's own, with the deflation rate and the lowest pressure that are
+optimal for its pipe: Table 6.2 of the thesis, linear between its diameters.
 """
 
 from collections.abc import Mapping
@@ -31,8 +32,8 @@ from softsim.scene.profiles import CyclesProfile, EventCyclesProfile
 from softsim.scene.tree import Tree, merged
 
 BEST = ((30e-3, 1.4e3, 9e3), (36e-3, 1.3e3, 11e3), (41e-3, 1.3e3, 12.5e3))
-"""Diameter of the pipe [m], deflation rate [Pa/s], lowest pressure [Pa]: those that serve the
-PufferFace Robot best (Table 6.2).
+"""Diameter of the pipe [m] with the deflation rate [Pa/s] and lowest pressure [Pa] that are optimal
+for the PufferFace Robot (Table 6.2).
 """
 DIAMETERS, DEFLATION_RATES, LOWEST = zip(*BEST, strict=True)
 
@@ -43,11 +44,11 @@ SETTLE = "2 s"  # at most, before a level trial
 
 NOT_OF_A_TRIAL = ("layout", "trailed", "expect", "time")
 NOT_OF_ITS_SURROUNDINGS = ("walls", "inclination", "roll", "gravity")
-"""Keys of a layout, and of its environment, that a trial does not take over."""
+"""Keys of a layout, and of its environment, that a trial does not have."""
 
 
 class Heading(Enum):
-    """Where the pipe of a trial leads."""
+    """Direction of the pipe of a trial."""
 
     level = "level"
     upright = "upright"
@@ -55,21 +56,24 @@ class Heading(Enum):
 
 @dataclass(frozen=True, order=True)
 class TrialPipe:
-    """A straight pipe: diameter [m]."""
+    """Straight pipe of a trial, with its diameter [m]."""
 
     diameter: float
     heading: Heading
 
     @property
     def name(self) -> str:
-        """Of its scene."""
+        """Name of the scene of the trials in this pipe."""
         return f"{1e3 * self.diameter:g}mm_{self.heading.value}"
 
 
 @dataclass(frozen=True)
 class Puller:
-    """What of a robot's scene a trial refers to: frame and loads by name; half of its length [m];
-    the share of the robot that it stands for along its axis; its pressure cycle.
+    """Data of a robot's scene that a trial needs.
+
+    frame, tether, chamber: names of the rigid body and of the loads. half_length [m]: of the frame.
+    share: fraction of the robot along its axis that the model represents [-]. profile: pressure
+    cycle.
     """
 
     frame: str
@@ -81,7 +85,7 @@ class Puller:
 
     @classmethod
     def of(cls, loaded: LoadedScene) -> "Puller":
-        """Found in a scene. SceneError where it lacks what a trial needs."""
+        """Return the data of a scene. Raises SceneError if it lacks data that a trial needs."""
         scene = loaded.scene
         loads = scene.loads.items()
         frame = scene.robot.frame or next(iter(scene.rigid_bodies), "")
@@ -119,10 +123,10 @@ class Puller:
 def trial_scene(
     layout: Path, robot: str, overrides: list[str], puller: Puller, pipe: TrialPipe, gravity: float
 ) -> LoadedScene:
-    """The scene of the trials in a pipe, under `gravity` [m/s^2], without a drag.
+    """Return the scene of the trials in a pipe, under `gravity` [m/s^2], without a drag.
 
-    What the layout and the overrides say of the robot, its contact and the solver wins over the
-    robot's standard and Table 6.2.
+    Values of the layout and the overrides for the robot, its contact and the solver take precedence
+    over the standard robot and Table 6.2.
     """
     lower = merged(robot_tree(layout.parent, robot), said(best_cycle(puller, pipe), REACH))
     tree = merged(merged(said(QUESTIONS[REACH], REACH), lower), read_scene(layout))
@@ -138,14 +142,14 @@ def trial_scene(
 
 
 def without(tree: Tree, keys: tuple[str, ...]) -> Tree:
-    """A mapping without some of its keys."""
+    """Return a mapping without some of its keys."""
     assert isinstance(tree.value, dict)
     kept = {key: value for key, value in tree.value.items() if key not in keys}
     return Tree(kept, tree.origin, tree.key_origin)
 
 
 def best_cycle(puller: Puller, pipe: TrialPipe) -> str:
-    """The pressure cycle that serves a pipe best, as YAML."""
+    """Return the optimal pressure cycle for a pipe, as YAML."""
     rate = np.interp(pipe.diameter, DIAMETERS, DEFLATION_RATES)
     lowest = np.interp(pipe.diameter, DIAMETERS, LOWEST)
     return f"""
@@ -156,7 +160,7 @@ loads:
 
 
 def surroundings(puller: Puller, pipe: TrialPipe, gravity: float) -> tuple[str, str]:
-    """The pipe of a trial and how long it lasts; what its heading adds, as YAML."""
+    """Return the pipe and duration of a trial, and the additions for its heading, as YAML."""
     profile = puller.profile
     inflated = profile.start + profile.highest / profile.inflation_rate
     swing = profile.highest - profile.lowest
@@ -196,11 +200,11 @@ loads:
     profile: {{kind: ramp, duration: {inflated:.6g} s}}
 """,
 }
-"""What a heading adds, as YAML."""
+"""Additions to the scene of a trial for each heading, as YAML."""
 
 
 def drag_override(puller: Puller, pipe: TrialPipe, drag: float) -> str:
-    """What gives a trial its drag [N] on the robot."""
+    """Return the override that sets the drag [N] on the robot in a trial."""
     own = puller.share * drag
     if pipe.heading is Heading.upright:
         return f"loads.trailed.force=[{-own:.9g} N, 0 N]"
@@ -208,10 +212,10 @@ def drag_override(puller: Puller, pipe: TrialPipe, drag: float) -> str:
 
 
 def progress(history: Mapping[str, np.ndarray]) -> tuple[float, float]:
-    """Way [m] and time [s] of a trial, from a first begin of a fall of the pressure to the next: of
-    an air line the one that is wanted, for at its sensor it falls with each stroke of the pump.
+    """Return the displacement [m] and time [s] between the first two starts of a pressure fall.
 
-    Raises StabilityError: the history has no two.
+    With an air line the target pressure is used, because the pressure at the sensor falls with each
+    stroke of the pump. Raises StabilityError if the pressure does not fall twice.
     """
     begins = fall_begins(history.get("wanted_pressure", history["pressure"]))
     if len(begins) < CYCLES:

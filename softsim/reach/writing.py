@@ -1,4 +1,4 @@
-"""reach.json: the pulls with their trials, how far they reach, and the curves behind that."""
+"""Output file reach.json: pulling forces with their trials, distances, and curves along paths."""
 
 from pathlib import Path
 from typing import Any
@@ -23,9 +23,9 @@ ASSUMED = (
 
 
 def write_answer(plan: Plan, robot: str, asked: list[Search], folder: Path) -> list[Distance]:
-    """Write what trials and layout say together; how far the robot gets on each way.
+    """Write reach.json, and return the distance of the robot on the path to each exit.
 
-    Raises OutputError: the disk refuses.
+    Raises OutputError if the file cannot be written.
     """
     brackets = {search.pipe: search.bracket for search in asked}
     distances = [
@@ -47,7 +47,7 @@ def write_answer(plan: Plan, robot: str, asked: list[Search], folder: Path) -> l
 
 
 def pull_content(plan: Plan, search: Search) -> dict[str, Any]:
-    """Of a pipe of trials."""
+    """Return the content of reach.json for the trials in a pipe."""
     found = search.bracket
     return {
         "pipe": search.pipe.name,
@@ -73,7 +73,10 @@ def pull_content(plan: Plan, search: Search) -> dict[str, Any]:
 def way_content(
     way: Way, loads: tuple[Load, Load], brackets: dict[TrialPipe, Bracket], found: Distance
 ) -> dict[str, Any]:
-    """Of the way to an exit; of tension and pull two curves each, the lower one first."""
+    """Return the content of reach.json for the path to an exit.
+
+    There are two curves each of tension and pulling force, the lower one first.
+    """
     ends = ({p: b.low for p, b in brackets.items()}, {p: b.high for p, b in brackets.items()})
     return {
         "exit": way.exit,
