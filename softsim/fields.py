@@ -429,7 +429,7 @@ def _new(
 
 
 def _allocate(made: Made) -> None:
-    """Place fields in a block, or several, and fill them.
+    """Allocate fields in one block or several, and write their values.
 
     Cells of whole cache lines come first, so that no lane vector spans two of them.
     """

@@ -1,9 +1,9 @@
-"""A cable: nodes on a line that resists stretching and bending, in a plane or in space.
+"""Cable with stretching and bending stiffness, discretised by nodes on a line, in 2D or 3D.
 
 Each segment between two nodes is a spring, each joint between two segments an angle spring; with
 the lengths l of the segments and the angle theta between the tangents t1, t2 at a joint,
     E = sum EA / (2 l_0) (l - l_0)^2 + sum EI / (2 h) K^2,    K = 2 tan(theta / 2).
-K is the curvature summed over the length h that a joint stands for, half of both its segments
+K is the curvature integrated over the tributary length h of a joint, half of both its segments
 (Bergou, Wardetzky, Robinson, Audoly, Grinspun, Discrete Elastic Rods, 2008, sec. 4.2): infinite
 where the cable is folded up. Forces are the exact derivatives; with c = t1 . t2
     K^2 = 4 (1 - c) / (1 + c) = 4 |t2 - t1|^2 / |t1 + t2|^2,    d(K^2)/dc = -8 / (1 + c)^2,
@@ -25,8 +25,8 @@ from softsim.term import Pass, Stage, Term
 
 @dataclass(frozen=True)
 class Cable:
-    """Cable. nodes (k,): their numbers in the model, in order. lengths (k - 1,) [m]: of the
-    segments at rest; joint_lengths (k - 2,) [m]: tributary length of each joint.
+    """Data of a cable. nodes (k,): numbers of its nodes in the model, in order. lengths (k - 1,)
+    [m]: of the segments at rest; joint_lengths (k - 2,) [m]: tributary length of each joint.
     stretching_stiffness EA [N], bending_stiffness EI [N m^2]. gauge: the segment whose tension the
     history records.
     """

@@ -2,8 +2,8 @@
 
     l = |x_c - x_c'|,  n = (x_c - x_c') / l    of the opposite nodes c and c'.
 The rings of cells around them pull with the tension T, along n on c' and against it on c: two
-forces on one line, so a ring puts neither force nor moment on itself as a whole. Both are found
-once a diameter, for the cells at both its ends share it.
+forces on one line, so a ring has no resultant force or moment. l and n are computed
+once per diameter, because the cells at both its ends share it.
 """
 
 import numpy as np

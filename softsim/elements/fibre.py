@@ -30,8 +30,8 @@ from softsim.term import Pass, Stage, Term
 
 @dataclass(frozen=True)
 class Fibre:
-    """Fibre. corners (k, c): nodes of the element around each place, numbered in the model; weights
-    (k, c): its shape functions there. lengths (k - 1,): of the bars at rest [m].
+    """Data of a fibre. corners (k, c): nodes of the element around each place, numbered in the
+    model; weights (k, c): its shape functions there. lengths (k - 1,): of the bars at rest [m].
     stretching_stiffness EA [N], mass_per_length [kg/m].
     """
 

@@ -1,19 +1,19 @@
 """Hourglass modes of quadrilaterals and hexahedra: nodal motions that no linear field has.
 
-In xi_i from -1 to 1 the place of an element's points is, with vectors g_i and h_k,
+With xi_i from -1 to 1 and vectors g_i and h_k, the position of a point of an element is
     x = x_0 + sum g_i xi_i + sum h_k phi_k,
     phi = xi_1 xi_2 in the plane; xi_2 xi_3, xi_3 xi_1, xi_1 xi_2, xi_1 xi_2 xi_3 in space.
 One point integrates what is linear in x: with the mean gradient of the element
     F D_i = d_i = g_i + sum_k N_ki h_k,    D_i at rest.
-What is left of the modes when that is taken away is zero in every linear field, whatever the shape
-of the element (Flanagan and Belytschko 1981, Int. J. Numer. Meth. Engng 17:679-706):
+The remainder of the modes after subtraction of the linear field is zero in every linear field, for
+any shape of the element (Flanagan and Belytschko 1981, Int. J. Numer. Meth. Engng 17:679-706):
     h~_k = h_k - sum_i P_ki d_i.
 Its components along the element's present directions, e_i = d_i / |d_i|,
     q_ki = e_i . h~_k,
 do not change when the element turns. They store the energy of the bending and twisting that they
 stand for, as a plate has it, whose fibres may strain freely across it: nothing locks, neither in
 shear nor in volume (assumed strain, ASQBI: Belytschko and Bindeman 1991, Comput. Meth. Appl. Mech.
-Engng 88:311-340; 1993, 105:225-260). No constant is to be chosen.
+Engng 88:311-340; 1993, 105:225-260). There is no user-defined constant.
 
 With the energy U(q, d) and p = dU/dq the forces on the nodes follow from
     Q_k = dU/dh~_k = sum_i p_ki e_i,
@@ -23,7 +23,7 @@ added to those of the stress, T_i = V S^ij d_j, as what is conjugate to g_i and 
 
 The moduli are those of the law at rest. U is written in amplitudes y, linear in q, as
     U = 1/2 mu y^2 + sum_b 1/2 mu_b (y - a_b)^2,    da_b/dt = (y - a_b) / tau_b:
-each Maxwell branch has a spring of its own that relaxes, and has dissipated the integral of
+each Maxwell branch has its own spring that relaxes, and dissipates the integral of
 mu_b (y - a_b) da_b, summed by the trapezoidal rule as in elements/material_points.py.
 """
 

@@ -1,16 +1,17 @@
-"""A thin layer on the surface of a body: a membrane, which resists stretching and not bending.
+"""Thin layer on the surface of a body: a membrane with stiffness in stretching but not in bending.
 
 The strain is constant on each straight edge of a section or triangle in space. With the places x_c
 of its nodes and the gradients G_c of its shape functions along it at rest,
     F = sum_c x_c (x) G_c,   E = (F^T F - 1) / 2,
-and the stress across it is zero, so that of St. Venant and Kirchhoff's law is left, in the plane of
-the layer and with Young's modulus E_Y (Belytschko, Liu, Moran, Nonlinear Finite Elements, ch. 9),
+and the stress normal to it is zero, so that the law of St. Venant and Kirchhoff gives, in the plane
+of the layer and with Young's modulus E_Y (Belytschko, Liu, Moran, Nonlinear Finite Elements, ch.
+9),
     S = E_Y / (1 + nu) (E + nu / (1 - nu) tr(E) 1),   W = S : E / 2,   f_c = -V F S G_c,
-V the volume at rest. A section has a second direction, around or across it, with the stretch 1 in
-plane strain and, revolved, mean radius over mean radius at rest, h = sum_c r_c / sum_c R_c.
+V the volume at rest. A section has a second direction, hoop or out of plane, with the stretch 1 in
+plane strain and, if revolved, mean radius over mean radius at rest, h = sum_c r_c / sum_c R_c.
 
-The law is linear in E, so it is one of small strains: paper, thread, cloth, film. Pressed to below
-0.58 of its length a strip of it would soften. It has no damping of its own.
+The law is linear in E, so it is one of small strains: paper, thread, cloth, film. A strip that
+is compressed to less than 0.58 of its length softens. The layer has no damping.
 """
 
 from dataclasses import dataclass
@@ -27,9 +28,9 @@ from softsim.term import Pass, Stage, Term
 
 @dataclass(frozen=True)
 class Layer:
-    """Layer. facets (m, c): edges or triangles, numbered in the model. gradients (m, c, k) [1/m]:
-    G_c, k being 1 or 2. around (m,) [1/m]: 1 over the radius at rest of facets with hoop strain,
-    else 0. volumes (m,) [m^3]. youngs_modulus [Pa], poisson_ratio [-], mass [kg].
+    """Data of a layer. facets (m, c): edges or triangles, numbered in the model. gradients (m, c,
+    k) [1/m]: G_c, k being 1 or 2. around (m,) [1/m]: 1 over the radius at rest of facets with hoop
+    strain, else 0. volumes (m,) [m^3]. youngs_modulus [Pa], poisson_ratio [-], mass [kg].
     """
 
     name: str

@@ -68,7 +68,7 @@ def principal_values(tensors: np.ndarray) -> np.ndarray:
     """Return the eigenvalues (m, 3), falling, of symmetric tensors (m, 3, 3).
 
     In closed form (Smith 1961, Comm. ACM 4:168); numpy's solver takes fifty times as long on many
-    small matrices. NaN where there is one in the tensor. Where two eigenvalues are equal each keeps
+    small matrices. NaN where a tensor contains NaN. Where two eigenvalues are equal each keeps
     half the digits (the arc cosine near 1), their sum and product all.
     """
     mean = np.trace(tensors, axis1=1, axis2=2) / 3.0

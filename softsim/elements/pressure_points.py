@@ -3,7 +3,7 @@
 Bonet and Burton 1998, Commun. Numer. Meth. Engng 14:437-449:
     J_a = current over reference nodal volume,  p_a = kappa (J_a - 1),  element pressure = mean p_a;
 a node's volume is an equal share of each of its elements'. It is the gradient of
-sum_a V_a (kappa/2) (J_a - 1)^2, so it keeps energy. A quadrilateral or hexahedron does not lock
+sum_a V_a (kappa/2) (J_a - 1)^2, so energy is conserved. A quadrilateral or hexahedron does not lock
 with a pressure of its own, J_a being its own J (Nagtegaal, Parks, Rice 1974, Comput. Meth. Appl.
 Mech. Engng 4:153-177); averaging would make it too soft in bending.
 Bulk viscosity (the linear term of ABAQUS/Explicit): p_a also gets b1 rho c_d h_a dJ_a/dt.

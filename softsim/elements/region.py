@@ -34,7 +34,7 @@ class Region:
 
     @property
     def nodes(self) -> slice:
-        """The body's nodes among those of the model."""
+        """Slice of the body's nodes in the model."""
         return slice(self.first_node, self.first_node + len(self.points))
 
     @property

@@ -11,8 +11,8 @@ below 1 % of the complex modulus at 10 kHz with steps of 8 us and the branches o
 the loss modulus alone 0.5 % are lacking at 5 kHz and 2 % at 10 kHz, with phi = 0 and n = 1 17 %.
 
 A branch is held for MOST_HELD increments at most, which is short against every motion that a mesh
-resolves, and for TAU_SHARE of its relaxation time. Nothing is dissipated while it is held. One that
-is held when the step changes relaxes by as many of the new steps.
+resolves, and for TAU_SHARE of its relaxation time. Nothing is dissipated while it is held. If the
+time step changes while it is held, it then relaxes by n of the new steps.
 """
 
 import numpy as np

@@ -112,12 +112,12 @@ class FirstInvariantLaw(Law):
         return max(12.0 * float(self.energy_curvature(3.0, self.constants)), 0.0)
 
     def slopes(self, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """W' and zeros."""
+        """Return W1 = W' and W2 = 0 (...,) [Pa]."""
         W1 = np.asarray(self.energy_slope(b.sum(axis=-1), self.constants))
         return W1, np.zeros_like(W1)
 
     def stiffness(self, b: np.ndarray) -> np.ndarray:
-        """H = 4 W' P diag(b) P + 4 W'' e e^T with e = dev b."""
+        """Return H = 4 W' P diag(b) P + 4 W'' e e^T with e = dev b."""
         I1_bar, e = b.sum(axis=-1)[..., None, None], b @ DEVIATOR
         slope = self.energy_slope(I1_bar, self.constants)
         curvature = self.energy_curvature(I1_bar, self.constants)

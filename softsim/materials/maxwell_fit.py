@@ -31,13 +31,13 @@ the fastest over that at the upper end. A faster branch would stiffen the body b
 cost time step, for little inside it."""
 
 STARTS, NEARBY, FINEST = 16, np.linspace(-1.0, 1.0, 5), 1e-4
-"""Trial values of each end of the spread, in log time: at first over all of it, then about the best
-so far, ever nearer, down to the finest."""
+"""Trial values of each end of the spread, in log time: first over all of it, then ever closer to
+the best so far, down to the finest."""
 
 
 @dataclass(frozen=True, eq=False)
 class MaxwellFit:
-    """A series and the spectrum that it was fitted to, whose modulus is over the long-term one."""
+    """Fitted series, with its spectrum, whose modulus is relative to the long-term one."""
 
     series: MaxwellSeries
     spectrum: Spectrum
