@@ -150,12 +150,10 @@ class BendingForce:
     lattice: Lattice
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the force on each node (..., n, dim) [N]."""
         along = self.lattice.along
         return along.T @ self.bending.pulls(along @ p, self.lattice.joints)
 
     def energy(self, p: np.ndarray) -> np.ndarray:
-        """Return the stored energy (...) [J]."""
         return self.bending.energy(self.lattice.along @ p, self.lattice.joints)
 
 
@@ -178,7 +176,6 @@ class WaveForce:
         return np.maximum(-self.lattice.along.T, 0.0)
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the force on each node (..., n, dim) [N]."""
         d = self.lattice.along @ p
         sines = d[..., -1] / size(d)
         return upwards(self.tension * (sines @ self.behind.T), p)

@@ -32,7 +32,6 @@ class Weight:
         return forces
 
     def energy(self, p: np.ndarray) -> np.ndarray:
-        """Return the stored energy (...) [J]."""
         height = np.sin(self.slope) * p[..., 0] + np.cos(self.slope) * p[..., -1]
         return height @ self.weights
 
@@ -51,11 +50,9 @@ class Limbs:
         return self.stiffnesses * np.maximum(-p[..., -1], 0.0)
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the force on each node (..., n, d) [N]."""
         return upwards(self.pressing(p), p)
 
     def energy(self, p: np.ndarray) -> np.ndarray:
-        """Return the stored energy (...) [J]."""
         return 0.5 * (np.minimum(p[..., -1], 0.0) ** 2 @ self.stiffnesses)
 
 
@@ -71,7 +68,6 @@ class Thrust:
     lattice: Lattice
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the force on each node (..., n, d) [N]."""
         return (self.ratios * self.limbs.pressing(p))[..., None] * self.lattice.headings(p)
 
 
@@ -85,7 +81,6 @@ class Damper:
     coefficient: float
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the force on each node (..., n, d) [N]."""
         return upwards(-self.coefficient * v[..., -1], v)
 
 
@@ -94,7 +89,6 @@ class ContactDamper(Damper):
     """Damping force -b z' on nodes that touch the ground (thesis, text of Fig 5.7)."""
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the force on each node (..., n, d) [N]."""
         return super().on_nodes(t, p, v) * touching(p)[..., None]
 
 
@@ -111,7 +105,6 @@ class Drag:
     coefficients: np.ndarray
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the force on each node (..., n, d) [N]."""
         return -self.coefficients[:, None] * level(v)
 
 
@@ -127,7 +120,6 @@ class WeightFriction:
     full_speed: float
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the force on each node (..., n, d) [N]."""
         return (self.limits * touching(p))[..., None] * against(v, self.full_speed)
 
 
@@ -143,7 +135,6 @@ class NormalFriction:
     full_speed: float
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the force on each node (..., n, d) [N]."""
         pressing = self.coefficients * self.limbs.pressing(p)
         return pressing[..., None] * against(v, self.full_speed)
 

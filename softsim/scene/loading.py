@@ -43,7 +43,7 @@ Kind = TypeVar("Kind", bound=BaseModel)
 
 @dataclass(frozen=True)
 class Loaded(Generic[Kind]):
-    """A valid scene (or chain) with its source.
+    """Valid scene (or chain) with its source.
 
     Attributes
     ----------

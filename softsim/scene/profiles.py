@@ -48,7 +48,7 @@ class Profile(Part, Generic[Q]):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **arguments: Any) -> None:
-        """Give a class of a quantity the description of its profile."""
+        """Set the description of a class of a quantity to that of its profile."""
         super().__pydantic_init_subclass__(**arguments)
         cls.__doc__ = cls.__doc__ or (cls.__base__ or cls).__doc__
 

@@ -1,1 +1,1 @@
-"""The explicit integrator, its stable step, its energy books and its guards."""
+"""Explicit solver: time integration, stable step, energy balance and guards."""

@@ -1,1 +1,1 @@
-"""The stable time step: an upper bound of the stiffness, its largest eigenvalue, a schedule."""
+"""Stable time step: upper bound of the stiffness, its largest eigenvalue, and a schedule."""
