@@ -1,8 +1,7 @@
 """Robot as a chain of masses on springs: the analytical model of Leafbot (Nguyen's thesis, 5.1).
 
-Modules in reading order:
+Modules in reading order, after the schema of a chain's file in scene/chain.py:
 
-    schema       scene of a chain
     vectors      vectors in the plane or in space
     lattice      nodes and links: one line in the plane, or two side by side in space; headings
     backbone     links of constant length: bending moments, constraints, force of the wave
