@@ -1,4 +1,4 @@
-"""What the cases of a study cost, told before they run: by stored ones, a pilot, or one of them."""
+"""Estimated cost of the cases of a study, from stored cases, a short trial run, or one case."""
 
 import time
 from collections.abc import Callable
@@ -90,7 +90,7 @@ def cost_of_chain(job: Job, device: str) -> Cost:
 COSTS: dict[type[Source], Callable[[Job, str], Cost]] = {
     Source: cost_in_pilot, ChainSource: cost_of_chain,
 }  # fmt: skip
-"""How the cost of a case is foretold."""
+"""Class of the source of a case -> function that estimates its cost."""
 
 
 def estimated_cost(job: Job, device: str) -> Cost:

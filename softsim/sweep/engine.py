@@ -55,8 +55,9 @@ COUNT_EVERY = 2.0
 
 
 class WorkerPool:
-    """Workers that each do one thing at a time, in the same thread: Taichi has one runtime a
-    process, which stays in the thread that started it.
+    """Pool of workers that each do one thing at a time, always in the same thread.
+
+    Taichi has one runtime per process, which is bound to the thread that started it.
     """
 
     def __init__(self, client: Client) -> None:
@@ -65,14 +66,14 @@ class WorkerPool:
 
     @property
     def size(self) -> int:
-        """How many workers there are: they may come and go."""
+        """Number of workers, which may change."""
         if time.monotonic() - self.counted_at >= COUNT_EVERY:
             self.counted_at = time.monotonic()
             self.counted = len(self.client.nthreads())
         return self.counted
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future:
-        """Let a worker call a function."""
+        """Submit a function call to a worker."""
         return self.client.submit(function, *arguments, pure=False)
 
     def ask_to_stop(self) -> None:
@@ -83,8 +84,10 @@ class WorkerPool:
 def pool_for(
     folder: Path, device: str, workers: int | None = None, scheduler: str | None = None
 ) -> AbstractContextManager[WorkerPool]:
-    """The workers of the dask scheduler at an address; else so many processes of this machine, by
-    default one a core. A graphics card is one worker's alone. Raises ClusterError: both are asked.
+    """Return the workers of a dask scheduler, or a pool of processes on this machine.
+
+    scheduler: address of the scheduler. workers: number of processes, by default one per core; one
+    if a graphics card is used. Raises ClusterError if both are given.
     """
     if scheduler is not None:
         if workers is not None:
@@ -100,7 +103,7 @@ def pool_for(
 
 @contextmanager
 def local_pool(workers: int) -> Iterator[WorkerPool]:
-    """So many processes of this machine; they end with this one, however it ends."""
+    """Yield a pool of `workers` processes on this machine, which end with this process."""
     settings = {"distributed.scheduler.allowed-failures": 0}  # the engine knows what to do
     with (
         dask.config.set(settings),
@@ -225,7 +228,7 @@ def completed(
 
 
 class _InFlight:
-    """What workers do now: units of up to `batch` jobs of different keys."""
+    """Work in progress: units of up to `batch` jobs with different keys."""
 
     def __init__(self, pool: WorkerPool, simulate: Simulate, batch: int) -> None:
         self.pool, self.simulate, self.batch = pool, simulate, batch

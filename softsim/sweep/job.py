@@ -1,5 +1,4 @@
-"""A job: a case to run, and where; what a worker does with it; its outcome, which is kept in
-case.json of its folder.
+"""Jobs: a case and its folder, its execution by a worker, and its outcome, stored in case.json.
 
 Taichi is imported here only when a job runs.
 """
@@ -52,21 +51,21 @@ FAILURE = "failure.txt"
 STARTS = "starts"
 
 THIN, EVERYTHING = "thin", "everything"
-"""What is kept of a case: a thinned history and no fields, or all that a run leaves."""
+"""Stored results of a case: a thinned history and no fields, or all results of the run."""
 
 PRUNING = "pruning"
-"""What the summary of a trial that was stopped early says has ended its run."""
+"""Name, in the summary, of the stop condition that ends a trial early."""
 
 HISTORY_ROWS = 1000
-"""Rows that a thinned history has about: more than a figure has columns."""
+"""Approximate number of rows of a thinned history: more than a figure has pixel columns."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """A case to run in `folder`.
+    """Case to run in `folder`.
 
-    key: digest of all that decides its result; jobs of the same key are one run. device: auto, cpu,
-    cuda. keep: THIN or EVERYTHING. stop_conditions: what may end the run before its time.
+    key: digest of all its inputs; jobs of the same key are one run. device: auto, cpu, cuda. keep:
+    THIN or EVERYTHING. stop_conditions: makers of the conditions that may end the run early.
     """
 
     case: Case
@@ -79,10 +78,10 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a job.
+    """Outcome of a job.
 
-    status: as `softsim.study.cases` names them. reason: why it failed, or what a finished
-    run missed of what its scene expects. wall_time: of its last attempt [s]. summary: of its run.
+    status: one of those in `softsim.study.cases`. reason: why it failed, or which expectations of
+    the scene a finished run missed. wall_time: of its last attempt [s]. summary: of its run.
     """
 
     key: str
@@ -93,7 +92,7 @@ class Outcome:
 
 
 class StoredOutcome(BaseModel):
-    """The part of case.json that an `Outcome` is read from."""
+    """Part of case.json that an `Outcome` is read from."""
 
     key: str
     status: Literal["done", "failed", "pruned", "lost"]
@@ -102,7 +101,7 @@ class StoredOutcome(BaseModel):
 
 
 def write_outcome(job: Job, outcome: Outcome) -> None:
-    """Write case.json, which says that the case has ended. Raises OutputError."""
+    """Write case.json, which marks the case as ended. Raises OutputError."""
     content = {
         "key": outcome.key,
         "status": outcome.status,
@@ -117,9 +116,9 @@ def write_outcome(job: Job, outcome: Outcome) -> None:
 
 
 def stored_outcome(folder: Path) -> Outcome | None:
-    """What came of the case that `folder` holds; None where none has ended there.
+    """Return the outcome of the case in `folder`; None if none has ended there.
 
-    Raises OutputError where its case.json is none of ours.
+    Raises OutputError if its case.json was not written by softsim.
     """
     file = folder / CASE
     if not file.is_file():
@@ -137,8 +136,9 @@ def stored_outcome(folder: Path) -> Outcome | None:
 
 
 def history_of(job: Job, columns: Sequence[MeasureColumn]) -> History:
-    """Return the history that a job has left, as far as one of the columns reads it; empty where
-    there is none. Raises OutputError where it is damaged.
+    """Return the history of a job, if one of the columns reads it.
+
+    It is empty otherwise, or if there is none. Raises OutputError if it is damaged.
     """
     file = job.folder / HISTORY
     if not file.is_file() or not any(column.reads_history for column in columns):
@@ -147,7 +147,7 @@ def history_of(job: Job, columns: Sequence[MeasureColumn]) -> History:
 
 
 def known_outcome(job: Job, again: Collection[str]) -> Outcome | None:
-    """The stored outcome of a job that need not run; `again` are statuses that must all the same.
+    """Return the stored outcome of a job, None if it must run; `again`: statuses that run again.
 
     Raises OutputError as stored_outcome does.
     """
@@ -156,32 +156,32 @@ def known_outcome(job: Job, again: Collection[str]) -> Outcome | None:
 
 
 def note_start(job: Job) -> None:
-    """Note that a worker begins with a job: what brings its process down leaves the note."""
+    """Record that a worker starts a job; the record survives a crash of its process."""
     with (job.folder / STARTS).open("a", encoding="utf-8") as stream:
         stream.write(".")
 
 
 def starts(job: Job) -> int:
-    """How often a worker has begun with a job since it was given out, without coming to an end."""
+    """Return how often workers have started a job since `forget_starts`, without ending it."""
     file = job.folder / STARTS
     return file.stat().st_size if file.is_file() else 0
 
 
 def forget_starts(job: Job) -> None:
-    """Nothing has begun yet, or it has come to an end. Raises OutputError."""
+    """Delete the record of starts of a job. Raises OutputError."""
     with explained(job.folder / STARTS):
         (job.folder / STARTS).unlink(missing_ok=True)
 
 
 Simulate = Callable[[Sequence[Job]], list[Exception | None]]
-"""Runs jobs, and tells what went wrong with each."""
+"""Function that runs jobs and returns the error of each, None if there was none."""
 
 
 def work(jobs: Sequence[Job], simulate: Simulate) -> list[Outcome]:
-    """Run `jobs` together, and keep what came of each in its folder.
+    """Run `jobs` together, store the outcome of each in its folder, and return the outcomes.
 
-    Raises OutputError if the disk refuses one: it would refuse the others too; ClusterError where
-    the study's folder cannot be seen.
+    Raises OutputError if one cannot be written, as the others could not either; ClusterError if the
+    study's folder is not accessible.
     """
     for job in jobs:
         with explained(job.folder):
@@ -201,7 +201,7 @@ def work(jobs: Sequence[Job], simulate: Simulate) -> list[Outcome]:
 
 
 def _prepare(job: Job) -> None:
-    """Make the folder; an attempt that ended leaves nothing to go on from."""
+    """Create the folder of a job; delete the results of an attempt that ended."""
     if not job.folder.parent.is_dir():
         raise ClusterError(
             f"a worker cannot access {job.folder.parent}",
@@ -217,7 +217,7 @@ def _prepare(job: Job) -> None:
 
 
 def _end(job: Job, fault: Exception | None, wall_time: float) -> Outcome:
-    """What came of a job, written down unless it is to go on later."""
+    """Return the outcome of a job, and write it unless the job is to continue later."""
     forget_starts(job)
     if isinstance(fault, Interrupted):
         return Outcome(job.key, WAITING)
@@ -237,27 +237,27 @@ def _end(job: Job, fault: Exception | None, wall_time: float) -> Outcome:
 
 
 def _reason(fault: Exception) -> str:
-    """A line for the table."""
+    """Return an error as one line for the table."""
     text = fault.message if isinstance(fault, SoftsimError) else f"{type(fault).__name__}: {fault}"
     return " ".join(text.split())
 
 
 def _explanation(fault: Exception) -> str:
-    """All there is to know: of what is no fault of the scene, the way there too."""
+    """Return the full text of an error, with a traceback unless it is a SoftsimError."""
     if isinstance(fault, SoftsimError):
         return f"{fault}\n"
     return "".join(traceback.format_exception(fault))
 
 
 def _thin(folder: Path) -> None:
-    """Leave what tables and figures of a study need. A failed run keeps what shows why."""
+    """Reduce the results to those that tables and figures of a study need."""
     thin_history(folder / HISTORY, HISTORY_ROWS)
     for large in (RESULTS, CHECKPOINT):
         (folder / large).unlink(missing_ok=True)
 
 
 def simulate(jobs: Sequence[Job]) -> list[Exception | None]:
-    """Run jobs, several that start anew side by side; what went wrong with each."""
+    """Run jobs, several new ones side by side; return the error of each, None without one."""
     together = [job for job in jobs if len(jobs) > 1 and _can_be_joined(job)]
     faults = _faults_together(together)
     faults |= {job.key: _fault(job) for job in jobs if job.key not in faults}
@@ -265,7 +265,7 @@ def simulate(jobs: Sequence[Job]) -> list[Exception | None]:
 
 
 def _fault(job: Job) -> Exception | None:
-    """Run a job; whatever goes wrong is told, so that the study goes on."""
+    """Run a job; return its error instead of raising it, so that the study continues."""
     try:
         RUNS[type(job.case.source)](job)
     except Exception as error:
@@ -283,7 +283,7 @@ def _run_elements(job: Job) -> None:
 
 
 def _files_of(job: Job) -> "type[RunFiles]":
-    """Return what a job is recorded in: frames only where the study keeps them."""
+    """Return the class of the run's files: with frames only if the study stores them."""
     from softsim.run.files import FramelessFiles, RunFiles
 
     return RunFiles if job.keep == EVERYTHING else FramelessFiles
@@ -291,8 +291,9 @@ def _files_of(job: Job) -> "type[RunFiles]":
 
 @cache
 def _solver_of_worker() -> "ReusedSolver":
-    """Return the maker of this process's solvers: a case of the structure of the one before gets
-    the solver of that one.
+    """Return the maker of this process's solvers.
+
+    A case with the structure of the previous case reuses its solver.
     """
     from softsim.run.batch import ReusedSolver
 
@@ -308,11 +309,11 @@ def _run_chain(job: Job) -> None:
 RUNS: dict[type[Source], Callable[[Job], None]] = {
     Source: _run_elements, ChainSource: _run_chain,
 }  # fmt: skip
-"""How the files of a case are run."""
+"""Class of the source of a case -> function that runs it."""
 
 
 def _faults_together(jobs: Sequence[Job]) -> dict[str, Exception | None]:
-    """Run jobs side by side, as far as they share a structure; key -> what went wrong."""
+    """Run jobs side by side, as far as they share a structure; return key -> error or None."""
     from softsim.run import run_batch
 
     faults: dict[str, Exception | None] = {}
@@ -341,7 +342,7 @@ def _faults_together(jobs: Sequence[Job]) -> dict[str, Exception | None]:
 
 
 def scene_of(job: Job) -> Loaded[Any]:
-    """The scene of a job, from its files. Raises SceneError: it is not what the key stands for."""
+    """Return the scene of a job, from its files. Raises SceneError if it does not match the key."""
     loaded = load_source(job.case.source, job.case.overrides)
     if case_key(loaded) != job.key:
         raise SceneError(
@@ -352,13 +353,15 @@ def scene_of(job: Job) -> Loaded[Any]:
 
 
 def _can_be_joined(job: Job) -> bool:
-    """Whether others can be computed beside it: finite elements that begin."""
+    """Return True if a job can run in a batch: finite elements from the start."""
     return type(job.case.source) is Source and not _goes_on(job)
 
 
 def _goes_on(job: Job) -> bool:
-    """Return True if an attempt that was cut off left a checkpoint of the device that is to go on,
-    and the frames before it where these are kept.
+    """Return True if a job can resume from the checkpoint of an interrupted attempt.
+
+    The checkpoint must be of the same device, and the frames before it must exist if they are
+    stored.
     """
     file = job.folder / CHECKPOINT
     if job.keep == EVERYTHING and not (job.folder / RESULTS).is_file():

@@ -1,4 +1,4 @@
-"""What a study keeps while it runs: its table, the files of its folder, a line of progress."""
+"""Records of a running study: its table, the files of its folder, a line of progress."""
 
 import time
 from collections import Counter
@@ -37,22 +37,22 @@ from softsim.study.schema import LatinHypercubeDesign, SobolDesign
 from softsim.sweep.job import Job, Outcome, history_of, known_outcome
 
 WRITE_EVERY = 10.0
-"""Seconds after which new rows are on disk at the latest."""
+"""Longest time [s] until new rows are on disk."""
 
 WALL_TIME = column("wall_time", "s")
 
 NOTHING_LEFT: tuple[list[Job], int] = [], 0
-"""In place of a round where none is open."""
+"""Round without jobs, used if no round is open."""
 
 
 def told_size(study: LoadedStudy, stored: int) -> str:
-    """ "40 cases, 3 of them stored": of a bisection so many at most."""
+    """Return a text such as "40 cases, 3 of them stored"; for a bisection, "at most 40 cases"."""
     most = "at most " if study.bisection is not None else ""
     return f"{most}{study.case_count} cases, {stored} of them stored"
 
 
 class StudyTable:
-    """Rows of cases, in the order of their numbers. Columns: see `softsim.output.study_folder`."""
+    """Table of cases, in the order of their numbers. Columns: see `softsim.output.study_folder`."""
 
     def __init__(self, factors: Sequence[Axis], measures: Sequence[MeasureColumn]) -> None:
         self.factors, self.measures = factors, measures
@@ -71,16 +71,17 @@ class StudyTable:
 
     @classmethod
     def of(cls, study: LoadedStudy) -> "StudyTable":
-        """That of a sweep, which has a column of repeats where there are several."""
+        """Return the table of a sweep, with a column of repeats if there are several."""
         repeats = (Axis(REPEAT),) if study.repeats > 1 else ()
         return cls((*study.factors, *repeats), study.measures)
 
     def open_rounds(
         self, study: LoadedStudy, folder: Path, device: str, again: Collection[str]
     ) -> Iterator[tuple[list[Job], int]]:
-        """Rounds of the study with jobs that are to be run: these, and how many are left at most,
-        with them. What is stored, of other statuses than `again`, is noted on the way; the jobs
-        must be when the next is pulled.
+        """Yield rounds of the study: jobs to run, and the largest number of cases left with them.
+
+        Stored outcomes, except with statuses in `again`, are entered into the table. The outcomes
+        of a round must be entered before the next one is requested.
         """
         place = folder.resolve() / CASES
         for one in study.rounds(partial(self._result, study.bisection)):
@@ -96,7 +97,7 @@ class StudyTable:
                 yield waiting, one.left - (len(one.cases) - len(waiting))
 
     def _result(self, sought: Bisection | None, case: Case) -> float | None:
-        """The measure that a bisection asks for, of a case that is done; None of others."""
+        """Return the bisected measure of a case that is done, else None."""
         row = self.rows[case.number]
         if sought is None or row["status"] != DONE:
             return None
@@ -105,7 +106,7 @@ class StudyTable:
         return result
 
     def note(self, job: Job, outcome: Outcome) -> None:
-        """Fill in the row of a job."""
+        """Enter the outcome of a job into its row."""
         history = history_of(job, self.measures)
         asked = outcome.summary.get("layout") or outcome.summary.get("crossing") or {}
         self.rows[job.case.number] = {
@@ -133,8 +134,9 @@ class StudyTable:
 
 
 class StudyProgress:
-    """How many cases of this session have ended, and when all will have: a live line on a terminal
-    or in a notebook, else a plain line now and then.
+    """Progress display of a study: number of ended cases of this session, and estimated end.
+
+    It is a live line on a terminal or in a notebook, else a plain line at intervals.
     """
 
     def __init__(self, count: int, console: Console, at_most: bool = False) -> None:
@@ -153,11 +155,11 @@ class StudyProgress:
             self.bar.start()
 
     def note(self, outcome: Outcome) -> None:
-        """A case has ended."""
+        """Count a case that has ended."""
         self.ended[outcome.status] += 1
 
     def show(self, in_flight: int) -> None:
-        """Say where the study is, if it is time to."""
+        """Show the progress, if a line is due."""
         if self.bar is not None:
             self.bar.update(self.task, completed=self.ended.total(), state=self._state(in_flight))
         elif time.monotonic() - self.last_line >= PLAIN_EVERY:
@@ -166,20 +168,20 @@ class StudyProgress:
 
     @property
     def told(self) -> str:
-        """ "12 of 40 cases, 1 failed"."""
+        """Progress such as "12 of 40 cases, 1 failed"."""
         ended = self.ended.total()
         others = [f"{n} {status}" for status, n in sorted(self.ended.items()) if status != DONE]
         most = "at most " if self.at_most else ""
         return ", ".join([f"{ended} of {most}{self.count} cases", *others])
 
     def expect(self, left: int) -> None:
-        """So many cases are left at most: the next round of a bisection begins."""
+        """Set the largest number of cases left, when the next round of a bisection begins."""
         self.count = self.ended.total() + left
         if self.bar is not None:
             self.bar.update(self.task, total=self.count)
 
     def _state(self, in_flight: int) -> str:
-        """The same, what runs now, and when the last case should end."""
+        """Return the progress with the number of running cases and the estimated end."""
         text = f"{self.told}, {in_flight} running"
         ended = self.ended.total()
         if not ended:
@@ -189,13 +191,13 @@ class StudyProgress:
         return f"{text}, {end} {_moment(datetime.now(), timedelta(seconds=left))}"
 
     def close(self) -> None:
-        """Take the live line away."""
+        """Remove the live line."""
         if self.bar is not None:
             self.bar.stop()
 
 
 def record_of(study: LoadedStudy, case_count: int) -> StudyRecord:
-    """What study.json says of a study."""
+    """Return the record of a study for study.json."""
     return StudyRecord(
         title=study.title,
         source=str(study.path),
@@ -213,9 +215,7 @@ def record_of(study: LoadedStudy, case_count: int) -> StudyRecord:
 
 
 class Ledger:
-    """Notes outcomes into a table, and keeps the table's files, study.json and the progress shown
-    up to date.
-    """
+    """Ledger of a running study: it enters outcomes into the table and updates files and display."""
 
     def __init__(
         self, folder: Path, record: StudyRecord, table: StudyTable, progress: StudyProgress
@@ -227,13 +227,13 @@ class Ledger:
         self.write()
 
     def note(self, job: Job, outcome: Outcome) -> None:
-        """Fill in a row."""
+        """Enter the outcome of a job."""
         self.table.note(job, outcome)
         self.progress.note(outcome)
         self.is_behind = True
 
     def keep_up(self, in_flight: int) -> None:
-        """Show the progress, and write what is new, now and then."""
+        """Show the progress, and write new rows at intervals."""
         self.progress.show(in_flight)
         if self.is_behind and time.monotonic() - self.written_at >= WRITE_EVERY:
             self.write()
@@ -246,7 +246,7 @@ class Ledger:
         self.is_behind, self.written_at = False, time.monotonic()
 
     def close(self, status: str) -> None:
-        """Write them a last time: the study is done, or interrupted."""
+        """Write table and record a last time; status: done or interrupted."""
         self.record = replace(self.record, status=status)
         self.write()
 
@@ -255,10 +255,10 @@ class Ledger:
 def kept_ledger(
     folder: Path, record: StudyRecord, table: StudyTable, count: int, console: Console
 ) -> Iterator[Ledger]:
-    """A ledger for the time of a sweep or an optimisation of which `count` cases are to end, and
-    which has the folder for itself. An interruption says how far it came.
+    """Yield the ledger of a sweep or an optimisation with `count` cases, with its folder locked.
 
-    Raises OutputError: another one works there, or the disk refuses.
+    The progress is added to the message of an interruption. Raises OutputError if the folder is in
+    use or cannot be written.
     """
     most = record.bisection is not None
     with claimed(folder), closing(StudyProgress(count, console, most)) as progress:
@@ -274,6 +274,6 @@ def kept_ledger(
 
 
 def _moment(now: datetime, later: timedelta) -> str:
-    """The time of day, of another day with its date."""
+    """Return the time of day, with the date if it is another day."""
     end = now + later
     return f"{end:%H:%M:%S}" if end.date() == now.date() else f"{end:%d %b, %H:%M}"

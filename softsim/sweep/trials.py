@@ -1,10 +1,10 @@
-"""The trials of an optimisation, kept in a journal beside its table.
+"""The trials of an optimisation, stored in a journal beside its table.
 
-The first lie evenly. Then a tree-structured Parzen estimator chooses their values (Bergstra et al.
-2011, as optuna has it): where good trials are dense and bad ones rare. Those in flight count as
-bad, so that workers do not all try the same. Each trial has random numbers of its own: an
-optimisation that was interrupted goes on as if it had not been. Trials that promise little may be
-stopped early.
+The first trials are evenly distributed. Then a tree-structured Parzen estimator chooses the values
+(Bergstra et al. 2011, implemented in optuna): where good trials are dense and bad ones rare.
+Running trials count as bad, so that workers do not all try the same values. Each trial has its own
+random numbers, so an interrupted optimisation continues as if it had not been interrupted.
+Unpromising trials may be stopped early.
 """
 
 import json
@@ -35,12 +35,12 @@ from softsim.sweep.job import PRUNING, Job, Outcome, stored_outcome
 
 JOURNAL = "trials.journal"
 NAME = "optimisation"
-"""Of optuna's study in the journal."""
+"""Name of optuna's study in the journal."""
 
 SETTINGS = "settings"
 
 START = 8
-"""Trials that have nothing to learn from; a power of two, for which a Sobol sequence is even."""
+"""Number of initial trials; a power of two, for which a Sobol sequence is even."""
 
 
 SAMPLER: dict[str, Any] = {
@@ -50,7 +50,7 @@ SAMPLER: dict[str, Any] = {
 """Options of the sampler, whose defaults differ between versions of optuna."""
 
 OPTUNA = "optuna"
-"""Attribute of optuna's study: the version that began it."""
+"""Attribute of optuna's study: the version that started it."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +62,12 @@ class Trial:
 
 
 def storage_in(folder: Path) -> JournalStorage:
-    """The journal in a study's folder; several processes may write to it."""
+    """Return the journal in a study's folder; several processes may write to it."""
     return JournalStorage(JournalFileBackend(str(folder / JOURNAL)))
 
 
 def trial_in(study: optuna.Study, storage: JournalStorage, number: int) -> optuna.Trial:
-    """A trial that runs, by its number from 1."""
+    """Return a running trial by its number, from 1."""
     study_id = storage.get_study_id_from_name(study.study_name)
     return optuna.Trial(
         study, storage.get_trial_id_from_study_id_trial_number(study_id, number - 1)
@@ -75,10 +75,10 @@ def trial_in(study: optuna.Study, storage: JournalStorage, number: int) -> optun
 
 
 class Trials:
-    """Asks optuna for the next trial, and tells it what came of each.
+    """Trials of an optimisation with optuna.
 
-    space: all that each factor can be. column: the measure that is sought; sense: maximize or
-    minimize. Raises OutputError where the journal in `folder` belongs to another optimisation.
+    space: factor -> interval or values. column: the objective. sense: maximize or minimize.
+    Raises OutputError if the journal in `folder` belongs to another optimisation.
     """
 
     def __init__(
@@ -101,25 +101,26 @@ class Trials:
 
     @property
     def count(self) -> int:
-        """How many were asked for so far."""
+        """Number of trials started so far."""
         trials = self.study.get_trials(deepcopy=False)
         return sum(frozen.state is not TrialState.WAITING for frozen in trials)
 
     def is_open(self, count: int) -> bool:
-        """Whether there is anything to run until there are `count`."""
+        """Return True if trials are to be run until there are `count`."""
         running = self.study.get_trials(deepcopy=False, states=(TrialState.RUNNING,))
         return bool(running) or self.count < count
 
     def ended(self) -> Iterator[Trial]:
-        """Those of which the journal knows what came of them."""
+        """Yield the trials with a result in the journal."""
         for frozen in self.study.get_trials(deepcopy=False):
             if frozen.state.is_finished():
                 fixed = optuna.trial.FixedTrial(frozen.params)
                 yield self._suggested(fixed, frozen.number + 1)
 
     def to_run(self, count: int) -> Iterator[Trial]:
-        """Those that were in flight when the optimisation was stopped, then new ones until there
-        are `count`. What came of one must be told before the next is pulled that is to know it.
+        """Yield the trials that were running at an interruption, then new ones up to `count`.
+
+        A result must be given to `tell` before the first trial that is to use it is requested.
         """
         for frozen in self.study.get_trials(states=(TrialState.RUNNING,)):
             number = frozen.number + 1
@@ -130,7 +131,7 @@ class Trials:
             yield self._suggested(self.study.ask(), number)
 
     def tell(self, number: int, value: Value | None, pruned: bool = False) -> None:
-        """What came of a trial: its objective; None where its run failed or did not find it."""
+        """Record the objective of a trial; None if its run failed or did not give it."""
         if pruned:
             self.study.tell(number - 1, state=TrialState.PRUNED)
         elif value is None or not math.isfinite(float(value)):
@@ -139,7 +140,7 @@ class Trials:
             self.study.tell(number - 1, float(value))
 
     def _draw_for(self, number: int) -> None:
-        """Random numbers that depend on the seed and the trial alone."""
+        """Set random numbers that depend on the seed and the trial number alone."""
         seed = int(np.random.SeedSequence((self.seed, number)).generate_state(1)[0])
         self.study.sampler = optuna.samplers.TPESampler(seed=seed, **SAMPLER)
 
@@ -162,8 +163,9 @@ class Trials:
             )
 
     def _refuse_another_optuna(self, folder: Path) -> None:
-        """Refuse to continue what another major version of optuna began: with the same seed it
-        chooses other values.
+        """Raise OutputError if another major version of optuna started the journal.
+
+        It chooses other values with the same seed.
         """
         began = self.study.user_attrs.get(OPTUNA)
         if began is None:
@@ -178,8 +180,9 @@ class Trials:
 
 
 def suggested(trial: optuna.trial.BaseTrial, name: str, space: Space) -> Value:
-    """The value that a trial has, or now gets, for a factor. Levels that are numbers keep their
-    order; labels have none.
+    """Return the value of a factor in a trial, chosen now if it has none.
+
+    Numeric levels keep their order; labels have none.
     """
     if isinstance(space, Interval):
         if space.is_whole:
@@ -192,8 +195,9 @@ def suggested(trial: optuna.trial.BaseTrial, name: str, space: Space) -> Value:
 
 
 def even_points(space: Mapping[str, Space], seed: int) -> list[dict[str, Value]]:
-    """START points of a scrambled Sobol sequence, as parameters of trials. optuna's own QMCSampler
-    draws the first trial at random.
+    """Return START points of a scrambled Sobol sequence, as parameters of trials.
+
+    optuna's own QMCSampler draws the first trial at random.
     """
     shares = even_shares(SobolDesign(kind="sobol", count=START, seed=seed), len(space))
     ranges = {name: parameters(one) for name, one in space.items()}
@@ -204,14 +208,14 @@ def even_points(space: Mapping[str, Space], seed: int) -> list[dict[str, Value]]
 
 
 def parameters(space: Space) -> Space:
-    """What optuna's parameter of a factor can be: levels that are numbers go by their place."""
+    """Return the values of optuna's parameter of a factor: numeric levels become their indices."""
     if isinstance(space, Interval) or any(isinstance(level, str) for level in space):
         return space
     return tuple(range(len(space)))
 
 
 def settings(space: Mapping[str, Space], column: MeasureColumn, sense: str) -> dict[str, Any]:
-    """What must be the same for trials to be comparable, as JSON gives it back."""
+    """Return the settings, in JSON types, that must agree for trials to be comparable."""
     factors = {
         name: asdict(one) if isinstance(one, Interval) else list(one) for name, one in space.items()
     }
@@ -222,8 +226,9 @@ def settings(space: Mapping[str, Space], column: MeasureColumn, sense: str) -> d
 
 @dataclass(frozen=True)
 class TrialJobs:
-    """Makes jobs of trials in `folder`. column: the measure that is sought; prune: how trials are
-    stopped early; device, keep: as jobs have them.
+    """Maker of the jobs of trials in `folder`.
+
+    column: the objective. prune: settings of early stopping. device, keep: see `Job`.
     """
 
     folder: Path
@@ -233,7 +238,7 @@ class TrialJobs:
     keep: str
 
     def job(self, case: Case) -> Job:
-        """The job of a trial. SceneError: its values make no scene."""
+        """Return the job of a trial. Raises SceneError if its values make no valid scene."""
         key = case_key(resolved(case))
         pruning: tuple[MakesStopCondition, ...] = ()
         if self.prune is not None:
@@ -243,12 +248,12 @@ class TrialJobs:
         return Job(case, key, self.folder / CASES / key, self.device, self.keep, pruning)
 
     def refused(self, case: Case, error: SceneError) -> tuple[Job, Outcome]:
-        """What became of a trial whose values make no scene."""
+        """Return job and outcome of a trial whose values make no valid scene."""
         reason = " ".join(error.message.split())
         return Job(case, "", self.folder / CASES), Outcome("", FAILED, reason)
 
     def stored(self, case: Case) -> tuple[Job, Outcome]:
-        """What became of a trial that has ended. OutputError: its run is not there."""
+        """Return job and outcome of an ended trial. Raises OutputError if its run is missing."""
         try:
             job = self.job(case)
         except SceneError as error:
@@ -265,15 +270,15 @@ class TrialJobs:
 
 
 PARTS = 10
-"""A run is looked at after each of so many parts of it."""
+"""Number of equal parts of a run; its trial is evaluated after each of them."""
 
 
 class PruningCondition:
-    """Ends the run of a trial that is worse than the median of the finished ones were by then.
+    """Stop condition of a trial that is worse than the median of finished ones at the same time.
 
-    It works in the worker: what the run has found so far goes into the journal in `folder`, where
-    those of the other trials are. number: of the trial, from 1. column: the measure that is
-    sought. model: of its run.
+    It runs in the worker and reports intermediate values to the journal in `folder`, which holds
+    those of the other trials. number: of the trial, from 1. column: the objective. model: of the
+    run.
     """
 
     name = PRUNING
@@ -288,7 +293,6 @@ class PruningCondition:
         self.is_over = False
 
     def see_row(self, row: Mapping[str, float]) -> None:
-        """A row of the history."""
         for name, number in row.items():
             self.history.setdefault(name, []).append(number)
         part = int(PARTS * self.share(row) + 1e-9)
@@ -297,14 +301,15 @@ class PruningCondition:
             self.is_over = self._is_hopeless(100 * part // PARTS)
 
     def share(self, row: Mapping[str, float]) -> float:
-        """How much of the run is done: of its time, or of the cycles that it waits for."""
+        """Return the fraction of the run that is done, in time or in pressure cycles."""
         model = self.model
         share = row["time"] / model.end_time
         return share if model.cycles is None else max(share, row["cycles_done"] / model.cycles)
 
     def _is_hopeless(self, percent: int) -> bool:
-        """Report what was found so far, and hold it against the others. A measure that is not there
-        yet, such as one of a cycle that goes on, says nothing.
+        """Report the intermediate value, and return True if the trial is to be stopped.
+
+        A measure that is not available yet, such as one of an unfinished cycle, is skipped.
         """
         history = {name: np.array(numbers) for name, numbers in self.history.items()}
         value = self.column.value(measures(self.model, history), history)
