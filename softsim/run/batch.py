@@ -33,7 +33,7 @@ log = logging.getLogger("softsim")
 WORDLESS = nullcontext()
 
 MakesSolver = Callable[[list[Model], Choice], tuple[ExplicitSolver, EnergyReader]]
-"""Makes the solver of models of one structure, and the reader of its energies."""
+"""Function that makes the solver of models of one structure, and the reader of its energies."""
 
 
 def new_solver(models: list[Model], choice: Choice) -> tuple[ExplicitSolver, EnergyReader]:
@@ -53,7 +53,7 @@ def new_solver(models: list[Model], choice: Choice) -> tuple[ExplicitSolver, Ene
 
 
 class ReusedSolver:
-    """Makes solvers, and gives the last one again where the next models have its structure.
+    """Maker of solvers that reuses the last one if the next models have the same structure.
 
     That saves the start of Taichi and the tracing and loading of kernels. Results have the same
     bits as those of a new solver. The batch before must have ended.
@@ -76,12 +76,12 @@ class ReusedSolver:
 
 
 class Batch:
-    """Runs that share a solver, each with its own step and end: one that has ended, or that a guard
-    has stopped, rests while the others go on.
+    """Runs that share a solver, each with its own time step and end.
 
-    files: those of each run, with its scene and model. stop_conditions: given to each run
-    beside those of its scene. checkpoint: from which a batch of one is resumed; earlier: the step
-    after which a batch of one begins. make_solver: `new_solver`, or a ReusedSolver.
+    A run that has ended, or that a guard has stopped, is idle while the others continue. files:
+    record of each run, with its scene and model. stop_conditions: of each run, in addition to those
+    of its scene. checkpoint: resumes a batch of one. earlier: previous step of a batch of one.
+    make_solver: `new_solver`, or a ReusedSolver.
     """
 
     def __init__(
@@ -141,11 +141,11 @@ class Batch:
 
     @property
     def running(self) -> list[Run]:
-        """The runs that have no outcome yet."""
+        """Runs that have no outcome yet."""
         return [run for run in self.runs if run.outcome is None]
 
     def run(self, console: Console) -> list[Results | SoftsimError]:
-        """Run the loop, and write a summary whatever ends it; returns the outcome of each run."""
+        """Run the loop, always write a summary, and return the outcome of each run."""
         for run in self.runs:
             run.write_summary("running", {})
         end = max(run.model.end_time for run in self.runs)
@@ -197,7 +197,7 @@ class Batch:
         self.end_blocks()
 
     def next_blocks(self) -> np.ndarray:
-        """Increments of the next block of each run (scenarios,), which begins now."""
+        """Begin the next block, and return its number of increments for each run (scenarios,)."""
         counts = np.zeros(len(self.runs), dtype=int)
         for run in self.running:
             with self._attended(run):
@@ -206,12 +206,12 @@ class Batch:
         return counts
 
     def go_on(self, counts: np.ndarray) -> None:
-        """Do so many increments of the block of each run, (scenarios,)."""
+        """Compute the given number of increments of each run (scenarios,)."""
         with self.clock.spending_on(KERNEL):
             self.solver.go_on(counts)
 
     def end_blocks(self) -> None:
-        """The guards, rows and frames that are due where a block has ended."""
+        """Apply the guards, and write the rows and frames, that are due at the end of a block."""
         self.clock.note_block(self.solver.increment_counts)
         for run in self.running:
             with self._attended(run):
@@ -230,7 +230,7 @@ class Batch:
                     run.finish()
 
     def close(self) -> None:
-        """Close the files of the runs that have no outcome: they are given up."""
+        """Close the files of the runs that have no outcome, which are abandoned."""
         for run in self.running:
             run.files.close()
 
@@ -257,8 +257,9 @@ class Batch:
                 run.fail(error)
 
     def add_profile(self, after: float) -> None:
-        """Add the cost of an increment, of its passes and phases to the summary of a batch of one,
-        if its run is done and the loop took longer than `after` [s].
+        """Add the cost of an increment, its passes and phases, to the summary of a batch of one.
+
+        Do nothing unless its run is done and the loop took longer than `after` [s].
         """
         files = self.runs[0].files
         took = time.monotonic() - self.clock.loop_began
@@ -273,8 +274,9 @@ class Batch:
 
 @contextmanager
 def _end_noted(records: Sequence[Record]) -> Iterator[None]:
-    """Write into the summaries how runs ended, and close their files, if the block does not end
-    well. What was there before a resumed run, which has no summary yet, stays as it is.
+    """Write status and failure into the summaries, and close the files, if the block raises.
+
+    Files of a resumed run that has no summary yet stay as they are.
     """
     try:
         yield

@@ -18,7 +18,7 @@ log = logging.getLogger("softsim")
 
 
 class OpenLoop:
-    """No feedback: the drive of the robot's chamber, if it has one, is a given course."""
+    """Loop without feedback: the pressure of the robot's chamber, if any, is given over time."""
 
     state: ControlState | None = None
 
@@ -26,19 +26,19 @@ class OpenLoop:
         self.scenario, self.drive = scenario, drive
 
     def cycles_done(self) -> int:
-        """Pressure cycles that have ended; 0 without a pressure, or with one that never falls."""
+        """Return the number of pressure cycles that have ended; 0 without a falling pressure."""
         return 0 if self.drive is None else self.drive.cycles_done(self.scenario.time)
 
     def readings(self) -> dict[str, float]:
-        """Values of the columns `cycles_done` and, under control, `cycle` and `phase`."""
+        """Return the values of the column `cycles_done`."""
         return {"cycles_done": self.cycles_done()}
 
     def follow(self, row: Mapping[str, float]) -> None:
-        """Take a row of the history, which changes nothing."""
+        """Do nothing: rows of the history have no effect."""
 
 
 class ClosedLoop:
-    """The pressure of the robot's chamber follows what the robot feels.
+    """Loop with feedback: the pressure of the robot's chamber depends on sensed quantities.
 
     state: of a resumed run, changed in place; None for a run that begins.
     """
@@ -55,15 +55,15 @@ class ClosedLoop:
 
     @property
     def state(self) -> ControlState:
-        """The part that a checkpoint keeps; the command in force is in the solver's state."""
+        """State for a checkpoint; the command in force is in the solver's state."""
         return self.control.state
 
     def cycles_done(self) -> int:
-        """Pressure cycles that have ended."""
+        """Return the number of pressure cycles that have ended."""
         return self.control.state.cycles_done
 
     def readings(self) -> dict[str, float]:
-        """Values of the columns `cycles_done`, `cycle` and `phase`."""
+        """Return the values of the columns `cycles_done`, `cycle` and `phase`."""
         return {
             "cycles_done": self.cycles_done(),
             "cycle": self.control.cycle,
@@ -71,7 +71,7 @@ class ClosedLoop:
         }
 
     def follow(self, row: Mapping[str, float]) -> None:
-        """Let the control decide on a row of the history, and send its command to the solver."""
+        """Pass a row of the history to the control, and send its command, if any, to the solver."""
         decision = self.control.sense(sensed(row))
         if decision is None:
             return
@@ -84,7 +84,7 @@ class ClosedLoop:
 
 
 def feedback(scenario: Scenario, state: ControlState | None) -> OpenLoop | ClosedLoop:
-    """The loop that the drive of the robot's chamber asks for; state: of a resumed run, or None."""
+    """Return the loop for the pressure source of the robot's chamber; state: of a resumed run."""
     chamber = scenario.model.chamber
     if chamber is None:
         return OpenLoop(scenario, None)
@@ -95,7 +95,7 @@ def feedback(scenario: Scenario, state: ControlState | None) -> OpenLoop | Close
 
 
 def sensed(row: Mapping[str, float]) -> Sensed:
-    """The quantities in a row of the history that the robot feels."""
+    """Return the sensed quantities in a row of the history."""
     place = tuple(row[name] for name in ("frame_x", "frame_y", "frame_z") if name in row)
     turns = ("frame_rotation_x", "frame_rotation_y", "frame_rotation_z")
     turn = [row[name] for name in turns] if "frame_z" in row else [0.0, 0.0, row["frame_angle"]]

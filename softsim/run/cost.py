@@ -47,7 +47,7 @@ Loop = tuple[int, Callable[..., None]]
 
 @dataclass(frozen=True)
 class PassCost:
-    """The cost of one pass: `seconds` of wall time an increment, `count` indices."""
+    """Cost of one pass: `seconds` of wall time per increment, `count` indices."""
 
     phase: str
     name: str
@@ -67,11 +67,11 @@ class Profile:
 
     @property
     def unexplained(self) -> float:
-        """Wall time of a whole increment less that of its passes, each measured alone [s]."""
+        """Wall time of an increment minus the sum over its passes, each measured alone [s]."""
         return self.increment - sum(cost.seconds for cost in self.passes)
 
     def shares(self) -> dict[str, float]:
-        """Phase -> its share of the time of all passes, the largest first."""
+        """Return phase -> fraction of the time of all passes, the largest first."""
         whole = sum(cost.seconds for cost in self.passes)
         shares = dict.fromkeys((cost.phase for cost in self.passes), 0.0)
         for cost in self.passes:
@@ -80,7 +80,7 @@ class Profile:
 
 
 def increment_time(solver: ExplicitSolver, seconds: float) -> float:
-    """Median wall time of an increment [s], of real ones done for about `seconds`.
+    """Return the median wall time of an increment [s], over about `seconds` of real increments.
 
     The step stays what it is. The first increment, which compiles, is not among them.
     """
@@ -103,7 +103,7 @@ def _time_of(solver: ExplicitSolver, count: int) -> float:
 
 
 def measured_profile(solver: ExplicitSolver) -> Profile:
-    """Time of an increment and of every pass; the solver goes on as if nothing had been."""
+    """Measure the time of an increment and of every pass; the state of the solver is restored."""
     state, then, count = solver.state(), solver.time, solver.increment_count
     increment = increment_time(solver, INCREMENTS_TIME)
     loops = [(p, f) for p in solver.kernels.passes for f in p.functions]
@@ -117,12 +117,12 @@ def measured_profile(solver: ExplicitSolver) -> Profile:
 
 
 def _name(function: Callable[..., None]) -> str:
-    """The function's name with its class, such as "Nodes.drift"."""
+    """Return the function's name with its class, such as "Nodes.drift"."""
     return str(getattr(function, "__qualname__", function))
 
 
 def _seconds_each(repeat: Callable[[int], None]) -> float:
-    """Time of one repeat [s]; `repeat(count)` does that many, a multiple of UNROLLED."""
+    """Return the time of one repeat [s]; `repeat(count)` does `count`, a multiple of UNROLLED."""
     repeat(UNROLLED)  # compiles
     count, elapsed = UNROLLED, _elapsed(repeat, UNROLLED)
     while elapsed < 0.5 * MEASURED_TIME and count < MOST_REPEATS:
@@ -193,7 +193,7 @@ class _RepeatedLoops:
 
 @dataclass(frozen=True)
 class Workload:
-    """A mesh of the reference scene: the size its elements aim at, and about how many there are."""
+    """Mesh of the reference scene: target size and approximate number of its elements."""
 
     element_size: str
     elements: int
@@ -204,7 +204,7 @@ LARGE = Workload("0.095 mm", 20_000)
 
 
 def measured_rate(device: str, threads: int, work: Workload, seconds: float) -> float:
-    """Element updates a second on a device, in a process of its own: if it dies, that is an answer.
+    """Return the element updates per second on a device, measured in a separate process.
 
     device: "cpu" or "cuda". seconds: to measure, beside the start.
 
@@ -221,7 +221,7 @@ def measured_rate(device: str, threads: int, work: Workload, seconds: float) -> 
 
 
 def reference_scene(work: Workload) -> tuple[Path, list[str]]:
-    """The path of the reference scene and its overrides."""
+    """Return the path of the reference scene and its overrides."""
     scene = Path(str(resources.files("softsim").joinpath("run/reference_scene.yaml")))
     return scene, [f"bodies.skin.mesh.element_size={work.element_size}"]
 

@@ -1,4 +1,4 @@
-"""The course of one run, from block to block of increments.
+"""One run, from block to block of increments.
 
 A block ends where a history row, an inspection or the end of the run is due. That depends on scene
 and model only, so a run takes the same course whatever is computed beside it and whatever stops it.
@@ -106,9 +106,9 @@ class Results:
 
 
 class Run:
-    """The run of one scenario of a solver.
+    """Run of one scenario of a solver.
 
-    files: where it is recorded, with scene and model. finished: nothing is left to compute.
+    files: its record, with scene and model. finished: True if nothing is left to compute.
     outcome: its Results, or the error that stopped it; None while it runs.
     """
 
@@ -130,9 +130,9 @@ class Run:
         self.outcome: Results | SoftsimError | None = None
 
     def begin(self, settled: float | None) -> None:
-        """Start at t = 0; the reader was just updated.
+        """Start at t = 0; the energy reader must be up to date.
 
-        settled: simulated time [s] in which bodies came to rest before, None if they had not to.
+        settled: simulated time [s] of the settling before, None without one.
         """
         if settled is not None:
             moved = np.abs(self.scenario.positions() - self.model.points).max()
@@ -140,8 +140,9 @@ class Run:
         self._start(self.estimator.at_rest, self.model.points, None)
 
     def begin_step(self, control: ControlState | None) -> None:
-        """Start where the step before has ended; the reader was just updated. control: the state of
-        a controlled pressure that goes on.
+        """Start at the end of the previous step; the energy reader must be up to date.
+
+        control: state of a controlled pressure that continues.
         """
         log.info("starts at t = %.6g s, the end of the previous step", self.scenario.time)
         x = self.scenario.positions()
@@ -173,7 +174,7 @@ class Run:
         )
 
     def resume(self, checkpoint: Checkpoint) -> None:
-        """Start where a checkpoint was written."""
+        """Continue from a checkpoint."""
         progress = Progress.written(checkpoint.progress)
         self.scenario.solver.restore(
             checkpoint.state, progress.time, progress.increment_count, progress.time_increment
@@ -199,14 +200,14 @@ class Run:
     # --- blocks of increments --------------------------------------------------------------------
 
     def next_block(self) -> int:
-        """Increments of the next block; looks at the elements before, if that is due."""
+        """Inspect the elements if due, and return the number of increments of the next block."""
         if self.scenario.increment_count >= self.progress.schedule.look_due:
             with self.clock.spending_on(INSPECTIONS):
                 self._look()
         return self._block_length()
 
     def end_block(self) -> None:
-        """Check what the block has done, and whether it was the last one."""
+        """Check the state after a block, and whether it was the last one."""
         scenario = self.scenario
         if scenario.has_missed_contact():
             self._refuse_broken_elements()  # a cause says more than a symptom
@@ -216,7 +217,7 @@ class Run:
 
     @property
     def way_share(self) -> float | None:
-        """Share of the way to the goal of a layout that is covered; None of a run without one."""
+        """Covered fraction of the path to the goal of a layout; None without a layout."""
         on_the_way = [c for c in self.stop_conditions if isinstance(c, PassageCondition)]
         return on_the_way[0].way_share if on_the_way else None
 
@@ -228,7 +229,7 @@ class Run:
         return self.scenario.time > progress.last_history and is_time
 
     def write_due(self) -> None:
-        """Write the history row and the frame that are due; for a row the reader was updated."""
+        """Write the history row and the frame if due; for a row the reader must be up to date."""
         progress = self.progress
         if self.row_is_due:
             with self.clock.spending_on(ROWS):
@@ -241,11 +242,14 @@ class Run:
             progress.next_frame = _next_multiple(self.output.frame_interval, latest)
 
     def has_reached_end(self) -> bool:
-        """True at the end time, with the round-off of the steps that led there."""
+        """Return True at the end time, within round-off."""
         return self.scenario.time >= self.model.end_time * (1.0 - 1e-12)
 
     def _is_done(self) -> bool:
-        """True at the end time; a static run goes on until forces balance, within its limit."""
+        """Return True at the end time, or for a static run once forces balance after it.
+
+        Raises an error if a static run does not balance within its limit.
+        """
         scenario, model = self.scenario, self.model
         if not self.has_reached_end():
             return False
@@ -260,7 +264,7 @@ class Run:
         return False
 
     def _block_length(self) -> int:
-        """Increments until a history row or an inspection is due, or until the end.
+        """Return the number of increments until a history row, an inspection or the end is due.
 
         The last ones are shortened so that the run ends exactly at its end time.
         """
@@ -284,7 +288,7 @@ class Run:
         return increments_to(due, scenario.time, scenario.time_increment, self.model.end_time)
 
     def _run_length(self) -> float:
-        """Increments of the whole run, with the present step."""
+        """Return the number of increments of the whole run with the current time step."""
         duration = self.model.end_time - self.model.start_time
         return duration / self.scenario.time_increment
 
@@ -306,7 +310,7 @@ class Run:
             self.files.warn(crossing_warnings(name, thickness, speed, self.scenario.time_increment))
 
     def _inspect(self) -> None:
-        """Check the elements, and take the stable step, which changes as they deform."""
+        """Check the elements, and update the time step to their deformation."""
         scenario, model = self.scenario, self.model
         self._refuse_broken_elements()
         self.shape = ReferenceShape(model, scenario.positions())
@@ -326,7 +330,7 @@ class Run:
             self.progress.time_increment = allowed
 
     def _tell_step(self, stable: StableStep) -> None:
-        """Tell the stable step, and what limits it now, when it has changed by TOLD_CHANGE."""
+        """Log the stable step and what limits it, if it has changed by TOLD_CHANGE."""
         ratio = stable.value / self.progress.told_step
         if abs(ratio - 1.0) < TOLD_CHANGE:
             return
@@ -401,7 +405,7 @@ class Run:
             self.outcome = ExpectationError(failure, hint=f"the run is complete: {self.files.path}")
 
     def fail(self, error: SoftsimError) -> None:
-        """End this run, and no other, with an error as its outcome."""
+        """End this run with an error as its outcome; other runs continue."""
         log.error("%s", error)
         self.outcome = error
         self.stop("aborted", str(error), error.element)
@@ -455,7 +459,7 @@ class Run:
         return self.wall_before + time.monotonic() - self.clock.began
 
     def write_summary(self, status: str, found: dict[str, Any]) -> None:
-        """Write the summary: what the run is doing or has done, and what was found."""
+        """Write the summary: status, progress and results of the run."""
         scenario, model, device = self.scenario, self.model, backend.device()
         done = scenario.increment_count - int(self.clock.counts_before[scenario.number])
         rate = model.element_count * done / (time.monotonic() - self.clock.steady_since)
@@ -483,7 +487,7 @@ class Run:
 
 
 def conditions_of_scene(loaded: LoadedScene, model: Model) -> list[StopCondition]:
-    """The conditions with which a scene may end its run before its time.
+    """Return the conditions of a scene that may end its run early.
 
     Raises SceneError where it asks for one of a column that its history does not have.
     """
@@ -523,5 +527,5 @@ def increments_to(due: float, time: float, dt: float, end: float) -> int:
 
 
 def _next_multiple(interval: float, time: float) -> float:
-    """The first whole multiple of `interval` after `time` [s]."""
+    """Return the first whole multiple of `interval` after `time` [s]."""
     return (np.floor(time / interval * (1.0 + 1e-12)) + 1.0) * interval

@@ -99,7 +99,7 @@ class RunFiles:
 
     @contextmanager
     def logged(self) -> Iterator[None]:
-        """Write what is logged in the block into this run's log: others may run in between."""
+        """Write the messages logged in the block to this run's log: runs may alternate."""
         log.addHandler(self.log_file)
         try:
             yield
@@ -117,12 +117,12 @@ class RunFiles:
                 self.console.print(f"warning: {text}", highlight=False, markup=False)
 
     def tell(self, text: str) -> None:
-        """Write what happened into the log and onto the console."""
+        """Write a message to the log and the console."""
         log.info(text)
         self.console.print(text, highlight=False)
 
     def write_frame(self, scenario: Scenario) -> None:
-        """Write the present fields, unless they are there, and warnings about their strains."""
+        """Write the current fields, unless already written, and warnings about their strains."""
         if scenario.time > self.fields.last_time:
             now = frame(scenario, self.loaded.scene.output.fields)
             self.fields.append(scenario.time, now.point_data, now.cell_data, now.extra)
@@ -153,7 +153,7 @@ class RunFiles:
         self.target.write_json_atomic(files.SUMMARY, summary)
 
     def rows(self) -> dict[str, np.ndarray]:
-        """The rows of the history so far (column -> array)."""
+        """Return the rows of the history so far (column -> array)."""
         return read_history(self.path / files.HISTORY)
 
     def close(self) -> None:
@@ -162,7 +162,7 @@ class RunFiles:
 
 
 class FramelessFiles(RunFiles):
-    """The files of a run whose frames are not kept: fields are gathered only where it fails."""
+    """Files of a run without frames: fields are written only if it fails."""
 
     @property
     def frame_count(self) -> int:
@@ -174,7 +174,7 @@ class FramelessFiles(RunFiles):
         (self.path / files.RESULTS).unlink(missing_ok=True)
 
     def write_frame(self, scenario: Scenario) -> None:
-        """Give the warnings about the strains of a frame."""
+        """Write the warnings about the strains of a frame."""
         self.warn(strain_warnings(self.model, scenario.positions(), scenario.time))
 
     def write_failed_frame(self, scenario: Scenario) -> None:
@@ -184,7 +184,7 @@ class FramelessFiles(RunFiles):
 
 
 def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, choice: Choice) -> Checkpoint:
-    """The checkpoint in a run folder.
+    """Return the checkpoint in a run folder.
 
     Raises OutputError where there is none, it is of another scene or device, or the history or the
     frames do not reach up to it.

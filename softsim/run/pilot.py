@@ -1,4 +1,4 @@
-"""The duration of a run, foretold by a pilot: the run itself with its loads played faster.
+"""The duration of a run, estimated by a short trial run with its loads applied faster.
 
 The time step follows the deformation, so the step at rest says little about a skin that balloons:
 it may shrink tenfold. The pilot passes through the whole course of the loads in some 20,000
@@ -62,13 +62,13 @@ class Duration:
 
     @property
     def total(self) -> float:
-        """The whole duration [s]."""
+        """Whole duration [s]."""
         return self.start + self.loop + self.figures
 
 
 @dataclass(frozen=True)
 class Mark:
-    """The state of a pilot: wall time [s], simulated time [s], increments done."""
+    """State of a trial run: wall time [s], simulated time [s], increments done."""
 
     wall: float
     simulated: float
@@ -118,12 +118,12 @@ def predicted_duration(
 
 
 def pilot_speed(model: Model) -> float:
-    """The factor by which the pilot plays the loads faster: 1 for a run no longer than a pilot."""
+    """Return the factor of the load rate of the trial run; 1 if the run itself is short enough."""
     return max(1.0, model.end_time / first_time_increment(model) / PILOT_INCREMENTS)
 
 
 def time_scaled(model: Model, factor: float) -> Model:
-    """The model with its loads and prescribed motions played `factor` times as fast.
+    """Return the model with its loads and prescribed motions `factor` times as fast.
 
     Motors keep their frequency: it is the loads that deform the body most.
     """

@@ -25,7 +25,7 @@ class Rows(Protocol):
     """Rows of a history."""
 
     def append(self, row: Mapping[str, float]) -> None:
-        """Take one row: a number for each column."""
+        """Append one row: a number for each column."""
 
 
 class Record(Protocol):
@@ -67,13 +67,13 @@ class Record(Protocol):
     def write_checkpoint(
         self, scenario: Scenario, progress: Progress, inspected: np.ndarray
     ) -> None:
-        """Keep the full state; inspected: places of the nodes (n, d) [m] at the last inspection."""
+        """Store the full state; inspected: nodal positions (n, d) [m] at the last inspection."""
 
     def write_summary(self, summary: dict[str, Any]) -> None:
-        """Keep the summary."""
+        """Store the summary."""
 
     def rows(self) -> dict[str, np.ndarray]:
-        """The rows of the history so far (column -> array)."""
+        """Return the rows of the history so far (column -> array)."""
 
     def close(self) -> None:
         """Close the record."""
@@ -87,16 +87,16 @@ class KeptRows:
         self.kept: list[tuple[float, ...]] = []
 
     def append(self, row: Mapping[str, float]) -> None:
-        """Take one row: a number for each column."""
+        """Append one row: a number for each column."""
         self.kept.append(tuple(row[name] for name in self.names))
 
     @property
     def last(self) -> dict[str, float]:
-        """The latest row."""
+        """Latest row."""
         return dict(zip(self.names, self.kept[-1], strict=True))
 
     def columns(self) -> dict[str, np.ndarray]:
-        """The rows so far (column -> array)."""
+        """Return the rows so far (column -> array)."""
         table = np.array(self.kept, dtype=float).reshape(-1, len(self.names))
         return dict(zip(self.names, table.T, strict=True))
 
@@ -139,18 +139,18 @@ class Memory:
     def write_checkpoint(
         self, scenario: Scenario, progress: Progress, inspected: np.ndarray
     ) -> None:
-        """Keep the full state; inspected: places of the nodes (n, d) [m] at the last inspection."""
+        """Store the full state; inspected: nodal positions (n, d) [m] at the last inspection."""
         progress.row_count = len(self.history.kept)
         self.checkpoint = Checkpoint(
             scenario.state(), asdict(progress), inspected, "", backend.device().name
         )
 
     def write_summary(self, summary: dict[str, Any]) -> None:
-        """Keep the summary."""
+        """Store the summary."""
         self.summary = summary
 
     def rows(self) -> dict[str, np.ndarray]:
-        """The rows of the history so far (column -> array)."""
+        """Return the rows of the history so far (column -> array)."""
         return self.history.columns()
 
     def close(self) -> None:

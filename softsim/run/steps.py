@@ -125,7 +125,7 @@ def foreseen_models(steps: Sequence[Step], choice: Choice) -> list[Model]:
 
 @dataclass(frozen=True)
 class Work:
-    """The steps of a scene in a folder, and with what they are computed."""
+    """Steps of a scene in a folder, and the settings of their computation."""
 
     folder: RunFolder
     steps: tuple[Step, ...]
@@ -138,7 +138,7 @@ class Work:
         return self.folder.path / folder_name(number, self.steps[number - 1])
 
     def take(self, taken: Sequence[Path]) -> None:
-        """Begin with copies of the first steps, from these folders of theirs."""
+        """Copy the first steps from the given folders."""
         self._forget_from(1)
         for number, source in enumerate(taken, 1):
             target = RunFolder(self.path(number))
@@ -146,7 +146,7 @@ class Work:
                 take_step(source, target)
 
     def run(self, kept: int) -> dict[str, Results]:
-        """Run the steps, but for those that are done among the first `kept`."""
+        """Run the steps, except completed ones among the first `kept`."""
         results: dict[str, Results] = {}
         status = "aborted"
         try:
@@ -211,7 +211,7 @@ class Work:
             return outcome_of(batch, self.console, self.profile_after)
 
     def write_summary(self, status: str) -> None:
-        """Write what the steps have come to, in the folder of them all."""
+        """Write the summary of all steps to their common folder."""
         told = []
         for number, step in enumerate(self.steps, 1):
             summary = read_summary(self.path(number))

@@ -1,4 +1,4 @@
-"""The wall time of runs: when they began, and what the time went into."""
+"""The wall time of runs, and its division into parts."""
 
 import time
 from collections.abc import Iterator
@@ -13,11 +13,12 @@ HOST_WORK = (INSPECTIONS, ROWS, FRAMES, CHECKPOINTS)
 
 
 class WallClock:
-    """Wall time of runs that are computed together: since they began, since their loop began, and
-    since its first block, which compiles kernels; the rate counts from there on.
+    """Wall time of runs that are computed together.
 
-    counts_before: increments of each run (scenarios,) done before the rate counts. spent: wall time
-    [s] of each part, START being all before the loop, bodies that come to rest included.
+    It is measured from their start, from the start of their loop, and from the end of its first
+    block, which compiles kernels; the rate counts from there. counts_before: increments of each run
+    (scenarios,) done before that. spent: wall time [s] of each part; START is all before the loop,
+    including the settling of bodies.
     """
 
     def __init__(self) -> None:
@@ -31,25 +32,25 @@ class WallClock:
         return time.monotonic() - self.began
 
     def enter_loop(self, increment_counts: np.ndarray) -> None:
-        """The loop begins, with so many increments done by each run (scenarios,)."""
+        """Mark the start of the loop; increment_counts (scenarios,): increments of each run."""
         self.loop_began = self.steady_since = time.monotonic()
         self.spent[START] = self.loop_began - self.began
         self.counts_before = increment_counts.copy()
 
     def note_block(self, increment_counts: np.ndarray) -> None:
-        """A block has ended, with so many increments done by each run (scenarios,)."""
+        """Mark the end of a block; increment_counts (scenarios,): increments done by each run."""
         if self.first_increment_after == 0.0:
             self.steady_since, self.counts_before = time.monotonic(), increment_counts.copy()
             self.first_increment_after = self.steady_since - self.began
 
     def parts(self) -> dict[str, float]:
-        """Wall time [s] since the runs began, by part; "other": what is in none."""
+        """Return the wall time [s] since the runs began, by part; "other": the rest."""
         whole = self.age
         return self.spent | {"other": whole - sum(self.spent.values())}
 
     @contextmanager
     def spending_on(self, part: str) -> Iterator[None]:
-        """Book the wall time of the block, in which no other part is booked."""
+        """Add the wall time of the block to a part; blocks must not be nested."""
         began = time.monotonic()
         try:
             yield

@@ -29,7 +29,7 @@ REPEAT = "repeat"
 
 @dataclass(frozen=True)
 class Round:
-    """Cases that are run together. left: these, and those at most that come after them."""
+    """Cases that are run together. left: their number, plus the most that may follow."""
 
     cases: list[Case]
     left: int
@@ -37,8 +37,10 @@ class Round:
 
 @dataclass(frozen=True)
 class LoadedStudy:
-    """A valid study. path: its file; tree: what it says; design: None where it is a bisection, or
-    only says what to optimise; goal: what is best, None where it does not say.
+    """Valid study.
+
+    path, tree: its file and the content. design: None for a bisection, or if only an optimisation
+    is described. goal: None without an optimisation.
     """
 
     study: Study
@@ -54,7 +56,7 @@ class LoadedStudy:
 
     @property
     def title(self) -> str:
-        """One line for people."""
+        """Title of the study."""
         return self.study.title or self.path.stem.replace("_", " ")
 
     @property
@@ -135,12 +137,12 @@ class LoadedStudy:
         return found
 
     def case(self, number: int, values: Mapping[str, Value]) -> Case:
-        """The case with these values of the factors, unperturbed."""
+        """Return the case with these values of the factors, unperturbed."""
         overrides = (one.override for one in self.composition.settings(values))
         return Case(number, self.composition.source(values), tuple(overrides), dict(values))
 
     def _repeated(self, case: Case) -> Iterator[Case]:
-        """The case, or its repeats."""
+        """Yield the case, or its repeats."""
         if not self.perturbed:
             yield case
             return
@@ -181,14 +183,14 @@ def load_study(path: Path | str, overrides: Sequence[str] = ()) -> LoadedStudy:
 
 
 def study_from(content: Mapping[str, Any], folder: Path) -> LoadedStudy:
-    """A study from Python values: the keys of a study file; scene files are relative to `folder`.
+    """Return a study from Python values; scene files are relative to `folder`.
     SceneError as load_study.
     """
     return loaded_study(tree_of(content), folder / "study", ())
 
 
 def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStudy:
-    """The study that `tree` says, in a file at `path`. SceneError as load_study."""
+    """Return the study in `tree`, of a file at `path`. Raises SceneError as load_study."""
     try:
         study = Study.model_validate(plain(tree))
     except ValidationError as error:
@@ -236,7 +238,7 @@ def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStud
 
 
 def refuse_taken_names(study: Study, tree: Tree) -> None:
-    """A column has one meaning. SceneError at a factor or measure whose name is another's."""
+    """Raise SceneError at a factor or measure whose name is already taken by another column."""
     names = [("factors", name) for name in study.factors if name in TAKEN]
     names += [("measures", name) for name in study.measures if name in (*TAKEN, *study.factors)]
     for keys in names:

@@ -39,7 +39,7 @@ class MeasureColumn(Axis):
 
     @property
     def axis(self) -> Axis:
-        """The axis alone, as a report needs it."""
+        """Axis of the column, for a report."""
         return Axis(self.name, self.unit, self.is_label, self.logarithmic, self.about)
 
     @property
@@ -65,7 +65,7 @@ class MeasureColumn(Axis):
 
 @dataclass(frozen=True)
 class HistoryColumn(MeasureColumn):
-    """An axis that is read from a column of the history, in the rows from `begin` to `end` [s]."""
+    """Axis that is read from a column of the history, in the rows from `begin` to `end` [s]."""
 
     begin: float = -math.inf
     end: float = math.inf
@@ -100,7 +100,7 @@ def slope(time: np.ndarray, values: np.ndarray) -> float:
 
 
 def taken(values: Sequence[float | None], take: str | None) -> float | None:
-    """One number of a list; None where it has none."""
+    """Return one number of a list; None if it has none."""
     known = [value for value in values if value is not None]
     if not known:
         return None
@@ -151,7 +151,7 @@ def measure_column(
 
 
 def _history_column(name: str, part: MeasurePart, tree: Tree, measure: Measure) -> HistoryColumn:
-    """The column of a measure that is read from the history. SceneError as measure_column."""
+    """Return the column of a measure from the history. Raises SceneError as measure_column."""
     si = measure.unit
     if part.take == SLOPE:
         si = f"{si}/s"
@@ -173,7 +173,7 @@ def _history_column(name: str, part: MeasurePart, tree: Tree, measure: Measure) 
 
 
 def _unit_of(part: MeasurePart, tree: Tree, si: str) -> tuple[str, float]:
-    """The unit of a column, and what one of it is in the SI unit `si`. SceneError: another kind."""
+    """Return the unit of a column, and its size in the SI unit `si`. Raises SceneError."""
     unit = (usual_unit(si) if si else "") if part.unit is None else part.unit
     try:
         size = size_of(unit, si) if si else 1.0
@@ -185,7 +185,7 @@ def _unit_of(part: MeasurePart, tree: Tree, si: str) -> tuple[str, float]:
 
 
 def _refusal(tree: Tree, key: str, message: str, hint: str = "") -> SceneError:
-    """An error at the value of a measure's key."""
+    """Return an error at the value of a measure's key."""
     held = child(tree, key)
     return SceneError(message, hint, tree.key_origin if held is None else held.origin)
 
@@ -207,7 +207,7 @@ class Target:
 
 @dataclass(frozen=True)
 class Mismatch(MeasureColumn):
-    """The column of a distance to reference values."""
+    """Column of a distance to reference values."""
 
     targets: tuple[Target, ...] = ()
 
@@ -217,7 +217,7 @@ class Mismatch(MeasureColumn):
         return any(target.column.reads_history for target in self.targets)
 
     def value(self, summary: Mapping[str, Any], history: History) -> float | None:
-        """Sum of ((measure - reference) / scale)^2; None where a run found not all of them."""
+        """Return the sum of ((measure - reference) / scale)^2; None if a run lacks one of them."""
         total = 0.0
         for target in self.targets:
             found = target.column.value(summary, history)
@@ -257,7 +257,7 @@ def _mismatch(
     columns: Sequence[MeasureColumn],
     produced: Mapping[str, Measure],
 ) -> Mismatch:
-    """The distance to what `match` says of the measures that are called `references`."""
+    """Return the column of the distance to the `references` given under `match`."""
     if MISMATCH in [column.name for column in columns]:
         message = f"the column {MISMATCH} is reserved for the optimization"
         raise SceneError(message, "give the measure another name", tree.key_origin)
@@ -285,7 +285,7 @@ def _mismatch(
 
 
 def number_column(name: str, columns: Sequence[MeasureColumn], written: Tree) -> MeasureColumn:
-    """The measure of this name. SceneError, at `written`: there is none, or it is a text."""
+    """Return the measure `name`. Raises SceneError, at `written`, if it is missing or a text."""
     known = {column.name: column for column in columns}
     if name not in known:
         raise SceneError(

@@ -36,22 +36,22 @@ from softsim.sweep.job import (
 )
 
 POLL = 0.25
-"""Seconds between looks for a signal."""
+"""Interval [s] of checks for a signal."""
 
 PATIENCE = 60.0
-"""Seconds that runs have to write their checkpoints: what compiles first comes to its end."""
+"""Time limit [s] for runs to write their checkpoints: a compilation is completed first."""
 
 ATTEMPTS = 2
-"""A case is lost when its process has died so often: the first death may be another's fault."""
+"""Deaths of its process after which a case is lost: another may have caused the first one."""
 
 MOST_GIVEN_OUT = 10
-"""A case is lost when it was given out so often to workers that died before they began with it."""
+"""Submissions after which a case is lost, if its workers died before starting it."""
 
 ANSWER_WITHIN = 5.0
-"""Seconds in which a scheduler must answer."""
+"""Time limit [s] for the answer of a scheduler."""
 
 COUNT_EVERY = 2.0
-"""Seconds between looks how many workers there are."""
+"""Interval [s] at which workers are counted."""
 
 
 class WorkerPool:
@@ -123,12 +123,12 @@ def local_pool(workers: int) -> Iterator[WorkerPool]:
 
 
 class _ChildProcess(WorkerPlugin):
-    """A worker that starts and ends with this process."""
+    """Worker that starts and ends with this process."""
 
     name = "child process"
 
     def setup(self, worker: Worker) -> None:
-        """Be deaf to Ctrl-C, which reaches all processes of a terminal: the first one asks."""
+        """Ignore Ctrl-C, which reaches all processes of a terminal: the main process handles it."""
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def teardown(self, worker: Worker) -> None:
@@ -138,7 +138,7 @@ class _ChildProcess(WorkerPlugin):
 
 @contextmanager
 def remote_pool(address: str, folder: Path) -> Iterator[WorkerPool]:
-    """The workers of the dask scheduler at `address`, which share the disk of `folder`.
+    """Yield the workers of the dask scheduler at `address`, which share the disk of `folder`.
 
     Raises ClusterError: nobody answers there, or a worker cannot be worked with.
     """
@@ -241,19 +241,20 @@ class _InFlight:
 
     @property
     def count(self) -> int:
-        """Jobs in flight."""
+        """Number of jobs in progress."""
         return sum(map(len, self.rows.values()))
 
     def has_room(self) -> bool:
-        """A unit a worker, so that few wait behind one that brings its worker down; one where
-        there are no workers yet.
+        """Return True if fewer units are in progress than there are workers, at least one.
+
+        Thus few jobs wait behind one that crashes its worker.
         """
         return self.count < self.batch * max(1, self.pool.size)
 
     def take(self, job: Job | None, again: Collection[str]) -> Iterator[tuple[Job, Outcome]]:
-        """Run a job, or wait for the one of the same key; if it is stored, here is its outcome.
+        """Submit a job, or join it to one of the same key; yield a stored outcome.
 
-        None is the last one: what was gathered so far is submitted.
+        None as the last job submits those gathered so far.
         """
         if job is not None and job.key in self.rows:
             self.rows[job.key].append(job)
@@ -279,7 +280,7 @@ class _InFlight:
         future.add_done_callback(self.finished.put)
 
     def collect(self) -> Iterator[tuple[Job, Outcome]]:
-        """Each job of the next unit that ends, with its outcome; nothing if none ends soon."""
+        """Yield the jobs of the next unit that ends with their outcomes; none if none ends soon."""
         try:
             future = self.finished.get(timeout=POLL)
         except Empty:
@@ -302,10 +303,10 @@ class _InFlight:
             ) from error
 
     def _after_death(self, unit: Sequence[Job]) -> Iterator[Outcome]:
-        """The outcome of a job that has brought its workers down; others are given out again.
+        """Yield the outcome of a job that has crashed its workers; submit others again.
 
-        The scheduler counts the death of a worker against everything that it had: what only waited
-        there has not begun. Of jobs that ran side by side each is to show for itself, alone.
+        The scheduler counts the death of a worker against all of its jobs, even those not started.
+        Jobs that ran side by side are submitted again one by one.
         """
         for job in unit:
             if len(unit) > 1:
@@ -316,7 +317,7 @@ class _InFlight:
             self._submit([job])
 
     def ended_early(self) -> Iterator[tuple[Job, Outcome]]:
-        """Ask what is in flight to write its checkpoint; what came to its end all the same."""
+        """Ask running jobs to write checkpoints; yield those that end nevertheless."""
         began = time.monotonic()
         while self.units and time.monotonic() - began < PATIENCE:
             self.pool.ask_to_stop()
@@ -324,7 +325,7 @@ class _InFlight:
 
 
 def _lost(job: Job) -> Outcome:
-    """The outcome of a job that brings its workers down."""
+    """Return the outcome of a job that crashes its workers, and write it."""
     reason = f"its process ended unexpectedly {starts(job)} times (killed, or out of memory)"
     outcome = Outcome(job.key, LOST, reason)
     write_outcome(job, outcome)

@@ -215,7 +215,7 @@ def record_of(study: LoadedStudy, case_count: int) -> StudyRecord:
 
 
 class Ledger:
-    """Ledger of a running study: it enters outcomes into the table and updates files and display."""
+    """Ledger of a running study: it updates the table, the files and the progress display."""
 
     def __init__(
         self, folder: Path, record: StudyRecord, table: StudyTable, progress: StudyProgress
