@@ -54,8 +54,9 @@ def rounded(extent: int) -> int:
 
 @dataclass(frozen=True)
 class _New:
-    """Field without memory yet (None if it is only counted), its shape and initial values; None
-    stands for zeros.
+    """Field without memory yet, its shape and initial values.
+
+    field is None if it is only counted; values is None for zeros.
     """
 
     field: Any

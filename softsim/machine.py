@@ -1,5 +1,4 @@
-"""Hardware of the machine (processors, memory, graphics card), and the choice of device and
-threads.
+"""Hardware of the machine, and the choice of device and threads.
 
 Nothing here starts Taichi, so that a command fails at once if the hardware is missing.
 """
@@ -73,8 +72,10 @@ class GraphicsCard:
 
 @dataclass(frozen=True)
 class Choice:
-    """Device and threads of runs: `device` is "cpu", "cuda" or, if there is a card, `auto`;
-    `threads` is a number or None for `auto`.
+    """Device and threads of runs.
+
+    `device` is "cpu", "cuda" or, if there is a card, `auto`; `threads` is a number or None for
+    `auto`.
 
     Raises DeviceError: several threads on the GPU.
     """

@@ -24,8 +24,10 @@ from scipy.spatial.distance import cdist
 
 @dataclass(frozen=True)
 class MassScaling:
-    """Groups of mass scaling. group (n,): number of each node's group, -1 for none; count: of
-    groups. factor: scaled over unscaled inertia of motion within a group [-], more than 1.
+    """Groups of mass scaling and their factor.
+
+    group (n,): number of each node's group, -1 for none; count: number of groups. factor: scaled
+    over unscaled inertia of motion within a group [-], more than 1.
     """
 
     group: np.ndarray
@@ -65,8 +67,9 @@ class MassScaling:
         return shared + (1.0 - shared) / self.factor
 
     def added_turning(self, points: np.ndarray, mass: np.ndarray) -> float:
-        """Return the relative increase [-] of the inertia sum m |r|^2 of these nodes about their
-        centre of mass.
+        """Return the relative increase [-] of rotational inertia by mass scaling.
+
+        The inertia is sum m |r|^2 of these nodes about their centre of mass.
         """
         weighted = np.sqrt(mass)[:, None] * points
         within = ((weighted - self.means(mass) @ weighted) ** 2).sum()
@@ -154,8 +157,10 @@ def farthest(points: np.ndarray, nodes: list[int], groups: list[list[int]]) -> l
 
 
 def edges_of(cells: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pairs (k, 2) of nodes that share a cell (m, corners), each once, and True (k,) for
-    those that lead through the body from surface to surface; facets (f, corners): of the surface.
+    """Return the pairs (k, 2) of nodes that share a cell (m, corners), and which lead through.
+
+    Each pair is listed once; the second result (k,) is True for pairs that lead through the body
+    from surface to surface. facets (f, corners): of the surface.
     """
     edges, on_surface = pairs_of(cells), pairs_of(facets)
     count = cells.max() + 1

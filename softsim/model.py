@@ -34,8 +34,10 @@ L = TypeVar("L", bound=Load)
 
 @dataclass(frozen=True)
 class Body:
-    """Meshed body. points (n, d) [m]; cells (m, corners) numbered within the body, each in one
-    of its regions; all bodies have the same number of corners per cell.
+    """Meshed body.
+
+    points (n, d) [m]; cells (m, corners) numbered within the body, each in one of its regions; all
+    bodies have the same number of corners per cell.
 
     node_sets, facet_sets: numbered within the model (within the body plus first_node). cell_sets:
     numbers of cells within the body. remarks: warnings on changes made when its mesh was read.
@@ -64,8 +66,9 @@ class Body:
         return sum(float(r.volumes.sum()) * r.material.density for r in self.regions)
 
     def nodal_mean(self, of_regions: Iterable[np.ndarray]) -> np.ndarray:
-        """Return nodal values (n,) from those of each region, averaged by volume where regions
-        meet.
+        """Return nodal values (n,) from those of each region.
+
+        Where regions meet they are averaged by volume.
         """
         volumes = [r.nodal_volumes for r in self.regions]
         whole, mean = sum(volumes), np.zeros(len(self.points))
@@ -92,8 +95,9 @@ class Body:
 
 @dataclass(frozen=True)
 class ContactData:
-    """Nodes (k,) that may touch, and per node k_n, k_t [N/m], the dashpots c_n, c_t [N s/m] and the
-    effective mass [kg].
+    """Nodes (k,) that may touch, with the constants of their contact.
+
+    Per node: k_n, k_t [N/m], the dashpots c_n, c_t [N s/m] and the effective mass [kg].
     """
 
     nodes: np.ndarray
@@ -154,8 +158,9 @@ class SelfContactData:
         return self.point_part[len(self.nodes) :]
 
     def summed_at_nodes(self, of_points: np.ndarray) -> np.ndarray:
-        """Return the sum (k,) over each vertex and its part of the centroids around it of values of
-        all points (k + f,).
+        """Return the sum (k,) of values of points over each vertex and the centroids around it.
+
+        of_points (k + f,): values of all points; a vertex gets an equal part of each centroid's.
         """
         d = self.facets.shape[1]
         own, centroids = np.split(of_points, [len(self.nodes)])
@@ -194,8 +199,9 @@ class OutlineData:
 
 @dataclass(frozen=True)
 class Probe:
-    """Quantity recorded in the history: its `kind` and `members`, nodes (k,) or, for an enclosed
-    volume, facets (k, corners).
+    """Quantity recorded in the history.
+
+    kind: name of the quantity. members: nodes (k,) or, for an enclosed volume, facets (k, corners).
     """
 
     name: str
@@ -235,8 +241,9 @@ class Passage:
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """Ground that a body with nodes (k,) has to cross along x, until its rear end is beyond `goal`
-    [m].
+    """Ground that a body has to cross along x.
+
+    nodes (k,): of the body. goal: place [m] that its rear end has to pass.
 
     foot: start of the obstacle [m]. patience: time without progress [s] after which it is stuck.
     """
@@ -271,7 +278,9 @@ LOCAL_DAMPING = 0.8
 
 @dataclass(frozen=True)
 class SteadyProbe:
-    """Probe, by name and history columns, that is steady once it varied by no more than the
+    """Probe whose steady state ends a relaxation.
+
+    name, columns: of the probe in the history. It is steady once it varied by no more than the
     fraction `within` of its value over the second half of the time since `since` [s].
     """
 
@@ -283,8 +292,10 @@ class SteadyProbe:
 
 @dataclass(frozen=True)
 class Relaxation:
-    """Dynamic relaxation to equilibrium, for `shortest` to `longest` [s], until the unbalanced
-    force is below `tolerance` times the internal forces, or a probe is steady.
+    """Dynamic relaxation to equilibrium.
+
+    It takes `shortest` to `longest` [s] and ends when the unbalanced force is below `tolerance`
+    times the internal forces, or a probe is steady.
     """
 
     longest: float
@@ -295,8 +306,9 @@ class Relaxation:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """Model of one scenario. Arrays over all nodes: points, velocity (n, d), mass (n,), is_free (n,
-    d).
+    """Model of one scenario.
+
+    Arrays over all nodes: points, velocity (n, d), mass (n,), is_free (n, d).
 
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a rigid
     body or a facet. After the nodes of bodies come those of cables. The last nodes, without mass,

@@ -19,8 +19,9 @@ PARTS = 64
 
 
 def parts_of(counts: list[int]) -> np.ndarray:
-    """Return the starts of PARTS parts of each of several groups of entries, and the end of the
-    last.
+    """Return the starts of PARTS parts of each of several groups of entries.
+
+    The last entry is the end of the last part.
 
     counts: entries of each group, one after another; the result is (PARTS len(counts) + 1,).
     """
@@ -230,8 +231,9 @@ class Nodes:
 
     @ti.func
     def kick(self, s, b, t, dt):
-        """Update v(n+3/2) = v(n+1/2) + dt (f / m + g) of the nodes of a block, f the sum of each
-        node's slots.
+        """Update v(n+3/2) = v(n+1/2) + dt (f / m + g) of the nodes of a block.
+
+        f is the sum of each node's slots.
         """
         force = self.corner_forces.total(s, b)
         for lane in range(ti.static(backend.lanes())):  # unrolled it is traced eight times

@@ -49,9 +49,7 @@ class ScaledNodes(Nodes):
 
     @ti.func
     def hold_back(self, s, g, t, dt):
-        """Compute the reduction of the accelerations in group g by mass scaling, see
-        mass_scaling.py.
-        """
+        """Compute the reduction of accelerations in group g (mass_scaling.py)."""
         if ti.static(self.relaxes):
             self.resist(s, g)
         mean = ti.Vector.zero(backend.real, self.dimension)

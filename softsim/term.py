@@ -58,8 +58,9 @@ class Term:
         return {}
 
     def pulls(self) -> list[Callable[..., None]]:
-        """Return functions (s, i, t, dt) that add to the loads on rigid bodies, called one after
-        another in stage MOVE.
+        """Return functions (s, i, t, dt) that add to the loads on rigid bodies.
+
+        They are called one after another in stage MOVE.
         """
         return []
 
@@ -77,8 +78,9 @@ class Term:
         """Reset the dissipated energy of a scenario."""
 
     def impulses(self) -> list[ti.Field]:
-        """Return fields (scenarios, ...) that are summed over the interval between two rows of the
-        history and cleared after each row.
+        """Return fields (scenarios, ...) that are summed between two rows of the history.
+
+        They are cleared after each row.
         """
         return []
 
@@ -88,8 +90,9 @@ class Term:
 
     @ti.func
     def stored_energy(self, s, part):
-        """Return a part of the sum of the energy of springs and materials [J] (`Number.first`,
-        `once`).
+        """Return the energy of springs and materials [J] in a part of the sum.
+
+        See `Number.first` and `once`.
         """
         return ti.cast(0.0, backend.real)
 

@@ -25,10 +25,11 @@ from softsim.term import Pass, Stage, Term
 
 @dataclass(frozen=True)
 class Cable:
-    """Data of a cable. nodes (k,): numbers of its nodes in the model, in order. lengths (k - 1,)
-    [m]: of the segments at rest; joint_lengths (k - 2,) [m]: tributary length of each joint.
-    stretching_stiffness EA [N], bending_stiffness EI [N m^2]. gauge: the segment whose tension the
-    history records.
+    """Data of a cable.
+
+    nodes (k,): numbers of its nodes in the model, in order. lengths (k - 1,) [m]: of the segments
+    at rest; joint_lengths (k - 2,) [m]: tributary length of each joint. stretching_stiffness EA
+    [N], bending_stiffness EI [N m^2]. gauge: the segment whose tension the history records.
     """
 
     name: str
@@ -65,8 +66,9 @@ class Cable:
         return self.bending_stiffness / self.joint_lengths
 
     def tangents(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the unit tangents (k - 1, d) and lengths (k - 1,) [m] of the segments, with the
-        model's nodes at x (n, d) [m].
+        """Return the unit tangents (k - 1, d) and lengths (k - 1,) [m] of the segments.
+
+        x (n, d) [m]: positions of the model's nodes.
         """
         edges = np.diff(x[self.nodes], axis=0)
         lengths = np.linalg.norm(edges, axis=1)

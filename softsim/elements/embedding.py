@@ -15,8 +15,10 @@ MOST_STEPS = 30
 def embedded(
     places: np.ndarray, points: np.ndarray, cells: np.ndarray, surface: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the nodes (k, c) that each place (k, d) [m] in a body follows, their weights (k, c)
-    and the distance (k,) [m] by which the place is moved.
+    """Return the nodes that places in a body follow, their weights, and how far places are moved.
+
+    Each place (k, d) [m] in a body follows nodes (k, c) with weights (k, c) and is moved by a
+    distance (k,) [m].
 
     points (n, d) [m], cells (m, c) and surface (f, corners) of the body's mesh. A place in
     a cell follows the nodes of the cell with its shape functions as weights and is not moved; where
@@ -39,8 +41,10 @@ def embedded(
 def holding_cells(
     places: np.ndarray, points: np.ndarray, cells: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the number (k,) of the cell (m, c) that contains each place (k, d) [m], -1 for none,
-    and its shape functions (k, c) there. points (n, d) [m] of the mesh.
+    """Return the number of the cell that contains each place, and its shape functions there.
+
+    The result is the number (k,) of the cell (m, c) for places (k, d) [m], -1 for none, and the
+    shape functions (k, c). points (n, d) [m] of the mesh.
     """
     corners = points[cells]
     centres = corners.mean(axis=1)
@@ -59,8 +63,10 @@ def holding_cells(
 def shape_functions(
     places: np.ndarray, points: np.ndarray, cells: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return N_a (k, c) of cells (k, c) at one place (k, d) [m] each, and how far outside the place
-    lies (k,) as a fraction of the cell's size, zero or less inside.
+    """Return shape functions of cells at one place each, and how far outside the place lies.
+
+    N_a (k, c) of cells (k, c) at places (k, d) [m]; the distance outside (k,) is a fraction of the
+    cell's size, zero or less inside.
     """
     if cells.shape[1] == points.shape[1] + 1:
         first = points[cells[:, 0]]

@@ -30,9 +30,11 @@ from softsim.term import Pass, Stage, Term
 
 @dataclass(frozen=True)
 class Fibre:
-    """Data of a fibre. corners (k, c): nodes of the element around each place, numbered in the
-    model; weights (k, c): its shape functions there. lengths (k - 1,): of the bars at rest [m].
-    stretching_stiffness EA [N], mass_per_length [kg/m].
+    """Data of a fibre.
+
+    corners (k, c): nodes of the element around each place, numbered in the model; weights (k, c):
+    its shape functions there. lengths (k - 1,): of the bars at rest [m]. stretching_stiffness EA
+    [N], mass_per_length [kg/m].
     """
 
     name: str
@@ -55,8 +57,9 @@ class Fibre:
 
     @property
     def bar_nodes(self) -> np.ndarray:
-        """Nodes (k - 1, 2 c) that each bar follows: those of its start, then of its end; a node may
-        occur twice.
+        """Nodes (k - 1, 2 c) that each bar follows: those of its start, then of its end.
+
+        A node may occur twice.
         """
         return np.concatenate([self.corners[:-1], self.corners[1:]], axis=1)
 

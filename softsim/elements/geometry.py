@@ -37,8 +37,9 @@ class Hoop(ABC):
 
     @abstractmethod
     def curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Return an upper bound (m, movers, movers) [1/m^2] of d^2F_zz/dx^2 / F_zz, the same for
-        all components.
+        """Return an upper bound (m, movers, movers) [1/m^2] of d^2F_zz/dx^2 / F_zz.
+
+        It is the same for all components.
         """
 
 
@@ -55,8 +56,9 @@ class Geometry(ABC):
 
     @abstractmethod
     def depths(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Return the depth of the section at its nodes (m, corners) or (1, 1) [m], interpolated
-        linearly in between; 1 in space.
+        """Return the depth of the section at its nodes (m, corners) or (1, 1) [m]; 1 in space.
+
+        It is interpolated linearly between nodes.
         """
 
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
@@ -64,8 +66,10 @@ class Geometry(ABC):
         return self.corner_volumes(points, cells).sum(axis=1)
 
     def corner_volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Return int N_a dV (m, corners) [m^3]: row sums of the consistent mass matrix over the
-        density, so that weight and inertia do the same work as in the continuous body.
+        """Return int N_a dV (m, corners) [m^3].
+
+        These are row sums of the consistent mass matrix over the density, so that weight and
+        inertia do the same work as in the continuous body.
         """
 
         def of(cells: np.ndarray, depths: np.ndarray) -> np.ndarray:

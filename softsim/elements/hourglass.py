@@ -103,8 +103,9 @@ def hourglass_modes(region: Region) -> HourglassModes:
 
 
 def fibre_scales(modes: HourglassModes) -> np.ndarray:
-    """Return y_i / q_i (m, 2) [m^(1/2)] of quadrilaterals: sqrt(V/3 E'/mu) / |D_i|, with the
-    modulus in plane strain E' = 4 mu (kappa + mu/3) / (kappa + 4 mu/3).
+    """Return y_i / q_i (m, 2) [m^(1/2)] of quadrilaterals: sqrt(V/3 E'/mu) / |D_i|.
+
+    The modulus in plane strain is E' = 4 mu (kappa + mu/3) / (kappa + 4 mu/3).
     """
     mu, kappa = modes.material.law.initial_shear_modulus, modes.material.bulk_modulus
     modulus = 4.0 * (kappa + mu / 3.0) / (kappa + 4.0 / 3.0 * mu)
@@ -114,8 +115,10 @@ def fibre_scales(modes: HourglassModes) -> np.ndarray:
 
 
 def plate_factors(modes: HourglassModes, k: int) -> np.ndarray:
-    """Return sqrt(V/3 / mu) L (m, 3, 3), upper triangular, of the plate that bends along xi_k of
-    hexahedra: y over its strains E_ii, E_jj, 2 E_ij (elements/hexahedra.py).
+    """Return sqrt(V/3 / mu) L (m, 3, 3), upper triangular, of plate k of hexahedra.
+
+    The plate bends along xi_k; the factors are y over its strains E_ii, E_jj, 2 E_ij
+    (elements/hexahedra.py).
     """
     sides = modes.basis[:, CYCLIC[k]]
     a = np.linalg.inv(sides @ sides.transpose(0, 2, 1))
@@ -131,9 +134,7 @@ def plate_factors(modes: HourglassModes, k: int) -> np.ndarray:
 
 
 def warping_scales(modes: HourglassModes) -> np.ndarray:
-    """Return y / q_4i (m, 3) [m^(1/2)] of hexahedra: sqrt(V/9 Y/mu) / |D_i|, with Young's modulus
-    Y.
-    """
+    """Return y / q_4i (m, 3) [m^(1/2)] of hexahedra: sqrt(V/9 Y/mu) / |D_i|, Y Young's modulus."""
     mu, kappa = modes.material.law.initial_shear_modulus, modes.material.bulk_modulus
     root = np.sqrt(9.0 * kappa / (3.0 * kappa + mu) * modes.volumes / 9.0)
     scales: np.ndarray = root[:, None] / np.linalg.norm(modes.basis, axis=2)
@@ -164,8 +165,9 @@ UNROLLED = 2
 
 
 class HourglassSprings:
-    """Springs on the amplitudes y of `count` modes, with the energy 1/2 mu y^2 [J]: one of the law,
-    and one of each Maxwell branch of `points`, which relaxes.
+    """Springs on the amplitudes y of `count` modes, with the energy 1/2 mu y^2 [J].
+
+    There is one spring of the law, and one of each Maxwell branch of `points`, which relaxes.
 
     Fields (scenarios, blocks, count): `amplitude` [m^(3/2)], to be set before `load`, which
     computes `force` dU/dy.

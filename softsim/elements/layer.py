@@ -28,9 +28,11 @@ from softsim.term import Pass, Stage, Term
 
 @dataclass(frozen=True)
 class Layer:
-    """Data of a layer. facets (m, c): edges or triangles, numbered in the model. gradients (m, c,
-    k) [1/m]: G_c, k being 1 or 2. around (m,) [1/m]: 1 over the radius at rest of facets with hoop
-    strain, else 0. volumes (m,) [m^3]. youngs_modulus [Pa], poisson_ratio [-], mass [kg].
+    """Data of a layer.
+
+    facets (m, c): edges or triangles, numbered in the model. gradients (m, c, k) [1/m]: G_c, k
+    being 1 or 2. around (m,) [1/m]: 1 over the radius at rest of facets with hoop strain, else 0.
+    volumes (m,) [m^3]. youngs_modulus [Pa], poisson_ratio [-], mass [kg].
     """
 
     name: str

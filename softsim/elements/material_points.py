@@ -32,8 +32,9 @@ from softsim.term import Pass
 
 
 class MaterialPoints:
-    """Material points of elements with the edges `rest_edges` (m, edges, d) at rest, m whole lane
-    vectors.
+    """Material points of the elements of a region.
+
+    rest_edges (m, edges, d): edges at rest, m whole lane vectors.
 
     metric: PlaneMetric or SpaceMetric.
     """

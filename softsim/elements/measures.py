@@ -10,8 +10,10 @@ from softsim.elements.region import Region
 
 @dataclass(frozen=True)
 class ElementMeasures:
-    """Results per element (m,): J [-], largest principal stretch [-], I1_bar [-], von Mises stress
-    [Pa] and shear stiffness [Pa] as in `Law.shear_stiffness` (law alone).
+    """Results of the elements of a region.
+
+    Per element (m,): J [-], largest principal stretch [-], I1_bar [-], von Mises stress [Pa] and
+    shear stiffness [Pa] as in `Law.shear_stiffness` (law alone).
 
     nodal_pressure (n,) [Pa]: -kappa (J_a - 1), J_a of all elements around a node, positive in
     compression; NaN outside the region. Where elements have one pressure each it is their mean.

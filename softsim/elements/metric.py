@@ -233,8 +233,9 @@ class SpaceMetric:
 
 @ti.func
 def inverse_cube_root(J):
-    """Return J^(-1/3), by two Halley iterations from a quadratic seed: with e = 1 - J y^3 the exact
-    value is y (1 - e)^(-1/3) = y (1 + e/3 + 2 e^2/9 + 14 e^3/81 ...).
+    """Return J^(-1/3), by two Halley iterations from a quadratic seed.
+
+    With e = 1 - J y^3 the exact value is y (1 - e)^(-1/3) = y (1 + e/3 + 2 e^2/9 + 14 e^3/81 ...).
 
     Relative error below 1e-11 for 0.6 < J < 1.5 and below 1e-5 for 0.3 < J < 2; outside the latter
     the guards stop the run. `pow` would cost a quarter of the increment.

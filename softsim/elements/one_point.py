@@ -82,8 +82,9 @@ class OnePointElements(Term):
         self.pressure.forget_dissipation(scenario)
 
     def rest_edges(self, region: Region) -> np.ndarray:
-        """Return the basis D_i (m, d, d) [m] of each element at rest, row by row: edges from node
-        0.
+        """Return the basis D_i (m, d, d) [m] of each element at rest.
+
+        Its rows are the edges from node 0.
         """
         corners = region.points[region.cells]
         edges: np.ndarray = corners[:, 1:] - corners[:, :1]
@@ -170,8 +171,9 @@ class OnePointElements(Term):
 
     @ti.func
     def dissipated_energy(self, s, part):
-        """Return the dissipated energy [J]: zero by friction; by Maxwell dashpots and bulk
-        viscosity.
+        """Return the energy [J] dissipated by friction (zero) and by viscosity.
+
+        The viscous part is that of Maxwell dashpots and bulk viscosity.
         """
         in_elements = self.metric.lane(0.0)
         for b in range(self.blocks.first(part), self.blocks.first(part + 1)):

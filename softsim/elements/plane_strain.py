@@ -66,8 +66,9 @@ class PlaneFacets(Facets):
 
     @ti.func
     def unit_forces(self, s, i):
-        """Return the forces (node, component) of a pressure of 1 Pa on facet i [m^2]: half of
-        h (-dy, dx) on each end.
+        """Return the forces (node, component) of a pressure of 1 Pa on facet i [m^2].
+
+        They are half of h (-dy, dx) at each end.
         """
         d = self.nodes.position[s, self.node[i, 1]] - self.nodes.position[s, self.node[i, 0]]
         half = 0.5 * self.thickness[0]

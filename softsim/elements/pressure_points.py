@@ -69,8 +69,9 @@ class PressurePoints:
 
     @ti.func
     def press(self, s, b, dt, element_volume: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Compute p_a = kappa (J_a - 1) + viscosity dJ_a/dt of a block of pressures from the
-        current volumes of the elements.
+        """Compute p_a = kappa (J_a - 1) + viscosity dJ_a/dt of a block of pressures.
+
+        element_volume: current volumes of the elements.
         """
         J = self.elements_of.sum(element_volume, s, b) * self.share_over_volume[b]
         dJ = J - self.J[s, b]

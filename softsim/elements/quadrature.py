@@ -27,8 +27,10 @@ SIMPLEX_POINT = {3: 2.0 / 3.0, 4: (5.0 + 3.0 * np.sqrt(5.0)) / 20.0}
 
 @dataclass(frozen=True, eq=False)
 class Quadrature:
-    """Quadrature of cells (m, corners) at points (g,): shape functions N_a `values` (g, corners),
-    their `gradients` (m, g, corners, d) [1/m], and `weights` (m, g) of area [m^2] or volume [m^3].
+    """Quadrature of cells (m, corners) at points (g,).
+
+    values (g, corners): shape functions N_a; gradients (m, g, corners, d) [1/m]: theirs; weights
+    (m, g): area [m^2] or volume [m^3].
     """
 
     values: np.ndarray
@@ -108,8 +110,9 @@ def _of_cubes(points: np.ndarray, cells: np.ndarray) -> Quadrature:
 
 
 def cube_functions(xi: np.ndarray, corners: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return N_a (g, corners) of a quadrilateral or hexahedron at the points xi (g, d), and
-    dN_a / dxi_i (g, corners, d).
+    """Return N_a (g, corners) and dN_a / dxi_i (g, corners, d) of a quadrilateral or hexahedron.
+
+    xi (g, d): points.
     """
     at_corner = PARENT_CORNERS[corners]
     factors = 0.5 * (1.0 + xi[:, None] * at_corner)  # (g, corners, d): along each xi_i

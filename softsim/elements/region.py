@@ -79,8 +79,9 @@ class Region:
 
     @property
     def pressure_sizes(self) -> np.ndarray:
-        """Length [m] of each pressure: the root of its area or volume; zero for nodes outside the
-        region.
+        """Length (k,) [m] of each pressure: the root of its area or volume.
+
+        It is zero for nodes outside the region.
         """
         points = self.pressure_points
         volume = signed_volumes(self.points, self.cells)[:, None] / points.shape[1]
@@ -93,8 +94,9 @@ class Region:
 
     @cached_property
     def gradients(self) -> np.ndarray:
-        """Mean of grad N_a over each element's reference volume (m, corners, d) [1/m]; in memory
-        the elements of each component are contiguous, for fast sums over elements.
+        """Mean of grad N_a over each element's reference volume (m, corners, d) [1/m].
+
+        In memory the elements of each component are contiguous, for fast sums over elements.
         """
         found = self.geometry.gradients(self.points, self.cells)
         return np.ascontiguousarray(found.transpose(1, 2, 0)).transpose(2, 0, 1)
@@ -114,8 +116,10 @@ class Region:
 
 
 def joined_regions(regions: Sequence[Region], points: np.ndarray) -> list[Region]:
-    """Return the regions of a model, merged across bodies that have the same material, geometry and
-    cell set, so that kernels are compiled once and not for each body.
+    """Return the regions of a model, merged across bodies.
+
+    Regions with the same material, geometry and cell set are merged, so that kernels are compiled
+    once and not for each body.
 
     points (n, d) [m]: of all nodes. Nodes that lie between those of joined bodies belong to no
     element of the region, as do a body's nodes outside a region.

@@ -28,8 +28,10 @@ from softsim.term import Pass, Stage
 
 @dataclass(frozen=True, eq=False)
 class PairedHoop(Hoop):
-    """Hoop stretch of ring cells with the nodes c' opposite their nodes c; F_zz = 1 in single
-    parts. opposite (n,), is_ring (m,) and the equation of F_zz: see RingSection.
+    """Hoop stretch of ring cells; F_zz = 1 in single parts.
+
+    The nodes c' are opposite the nodes c of a cell. opposite (n,), is_ring (m,) and the equation of
+    F_zz: see RingSection.
     """
 
     opposite: np.ndarray
@@ -41,14 +43,17 @@ class PairedHoop(Hoop):
         return now / before
 
     def stencil(self, cells: np.ndarray) -> np.ndarray:
-        """Return the nodes (m, movers) whose motion strains each cell: its own, and for a ring cell
-        the nodes opposite them; single parts list their own twice, without effect.
+        """Return the nodes (m, movers) whose motion strains each cell.
+
+        These are its own, and for a ring cell the nodes opposite them; single parts list their own
+        twice, without effect.
         """
         return np.hstack([cells, np.where(self.is_ring[:, None], self.opposite[cells], cells)])
 
     def gradient(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Return dF_zz/dx / F_zz (m, movers, 2) [1/m] of these nodes: with the unit vector n_c from
-        c' to c n_c / sum |x_c - x_c'| on c, the opposite on c'.
+        """Return dF_zz/dx / F_zz (m, movers, 2) [1/m] of these nodes.
+
+        With the unit vector n_c from c' to c it is n_c / sum |x_c - x_c'| on c, the opposite on c'.
         """
         diameters = self.diameters(x, cells)
         direction = (x[cells] - x[self.opposite[cells]]) / diameters[:, :, None]
@@ -69,8 +74,9 @@ class PairedHoop(Hoop):
         return np.block([[each, -each], [-each, each]])
 
     def diameters(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Return |x_c - x_c'| of the nodes (m, corners) [m]; one metre for single parts, which may
-        lie on the axis.
+        """Return |x_c - x_c'| of the nodes (m, corners) [m].
+
+        It is one metre for single parts, which may lie on the axis.
         """
         lengths = np.linalg.norm(x[cells] - x[self.opposite[cells]], axis=2)
         return np.where(self.is_ring[:, None], lengths, 1.0)
@@ -78,8 +84,10 @@ class PairedHoop(Hoop):
 
 @dataclass(frozen=True, eq=False)
 class RingSection(Geometry):
-    """Section of a robot that is round about its axis: two strips, opposite sides of the same
-    rings of skin, with single fins on them. At rest the axis is parallel to x.
+    """Geometry of a section of a robot that is round about its axis.
+
+    The section consists of two strips, opposite sides of the same rings of skin, with single fins
+    on them. At rest the axis is parallel to x.
 
     A full ring has hoop tension, a plane section has none. Opposite places are a diameter apart, so
     for a ring cell with the opposite nodes c' of its nodes c
@@ -120,8 +128,10 @@ class RingSection(Geometry):
         return np.where(self.is_ring[:, None], self.sector * radius, self.thickness)
 
     def pressed(self, edges: np.ndarray, first_node: int) -> np.ndarray:
-        """Return the nodes (k, 4) that a pressure on edges (k, 2) acts on: their ends and the nodes
-        opposite, because the radius is half the distance between them.
+        """Return the nodes (k, 4) that a pressure on edges (k, 2) acts on.
+
+        These are the ends of the edges and the nodes opposite, because the radius is half the
+        distance between them.
         """
         return np.column_stack([edges, first_node + self.opposite[edges - first_node]])
 
@@ -136,8 +146,9 @@ class RingSection(Geometry):
         return self.sector / 24.0 * float((crossed * weighted_ends(lengths)).sum())
 
     def corner_areas(self, x: np.ndarray, edges: np.ndarray) -> np.ndarray:
-        """Return the tributary area (k, 2) [m^2] of each end of rings' edges (k, 2): int N_a
-        sector r ds.
+        """Return the tributary area (k, 2) [m^2] of each end of rings' edges (k, 2).
+
+        It is int N_a sector r ds.
         """
         diameters = np.linalg.norm(x[edges] - x[self.opposite[edges]], axis=2)
         return self.sector / 6.0 * edge_lengths(x, edges)[:, None] * weighted_ends(diameters)
@@ -157,8 +168,10 @@ class RingSection(Geometry):
     def _frusta(
         self, x: np.ndarray, facets: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the diameters d (k, 2, 2) [m] at both ends of facets (k, 4), their lengths (k, 2)
-        [m], and their cross products with the edge, D x d = D_x d_y - D_y d_x (k, 2) [m^2].
+        """Return the diameters at the ends of facets (k, 4), their lengths and cross products.
+
+        Diameters d (k, 2, 2) [m], lengths (k, 2) [m], cross products with the edge D x d = D_x d_y
+        - D_y d_x (k, 2) [m^2].
         """
         edge = x[facets[:, 1]] - x[facets[:, 0]]
         diameters = x[facets[:, :2]] - x[facets[:, 2:]]

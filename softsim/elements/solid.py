@@ -32,8 +32,9 @@ class Solid(Geometry):
         return np.ones((1, 1))
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
-        """Return the volume [m^3] on the free side of a closed surface of triangles (k, 3) or
-        bilinear quadrilaterals (k, 4).
+        """Return the volume [m^3] on the free side of a closed surface of facets.
+
+        Facets are triangles (k, 3) or bilinear quadrilaterals (k, 4).
         """
         triangles, share = triangles_of(facets)
         a, b, c = x[triangles].transpose(1, 0, 2)
@@ -85,8 +86,9 @@ class TriangleFacets(Facets):
 
     @ti.func
     def unit_forces(self, s, i):
-        """Return the forces of 1 Pa on facet i [m^2]: a third of its area, against its normal,
-        on each corner.
+        """Return the forces of a pressure of 1 Pa on facet i [m^2].
+
+        They are a third of its area, against its normal, on each node.
         """
         f = self.third(s, i, 0, 1, 2)
         return ti.Matrix([[f[0], f[1], f[2]], [f[0], f[1], f[2]], [f[0], f[1], f[2]]])

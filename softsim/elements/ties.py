@@ -36,9 +36,11 @@ from softsim.term import Pass, Stage, Term
 
 @dataclass(frozen=True)
 class Ties:
-    """All ties of a model. nodes (k,): tied nodes, numbered in the model; corners (k, c): nodes of
-    the facet that each follows; weights (k, c): its shape functions there, which add up to 1;
-    shifts (k,) [m]: distance by which the node was moved onto the facet.
+    """All ties of a model.
+
+    nodes (k,): tied nodes, numbered in the model; corners (k, c): nodes of the facet that each
+    follows; weights (k, c): its shape functions there, which add up to 1; shifts (k,) [m]: distance
+    by which the node was moved onto the facet.
     """
 
     nodes: np.ndarray
@@ -74,8 +76,10 @@ class Ties:
         return result
 
     def moved_mass(self, mass: np.ndarray) -> np.ndarray:
-        """Return the effective mass (n,) [kg] of a force on each node, 1 / sum_j (w_ij^2 / m_j) for
-        tied nodes; mass (n,) [kg]: of the other nodes, infinite where a node is held.
+        """Return the effective mass (n,) [kg] of a force on each node.
+
+        For tied nodes it is 1 / sum_j (w_ij^2 / m_j). mass (n,) [kg]: of the other nodes, infinite
+        where a node is held.
         """
         result = mass.copy()
         corner_mass = np.where(self.weights > 0.0, mass[self.corners], np.inf)
@@ -95,8 +99,10 @@ class Ties:
 
 
 class TieTerm(Term):
-    """Term of ties: tied nodes are placed before forces are computed, and their forces transferred
-    to the facets afterwards.
+    """Term that applies the ties of a model.
+
+    Tied nodes are placed before forces are computed, and their forces are transferred to the facets
+    afterwards.
     """
 
     def __init__(self, nodes: Nodes, ties: Ties) -> None:

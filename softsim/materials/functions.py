@@ -29,9 +29,10 @@ class Functions:
     minimum, maximum, where = np.minimum, np.maximum, staticmethod(np.where)
 
     def principal_logarithms(self, I1, I2):
-        """Return ln c1 >= ln c2 >= ln c3 of the squared principal stretches: the roots of
-        c^3 - I1 c^2 + I2 c - 1 = 0, by the angle of its three cosines (Smith 1961, Comm. ACM
-        4:168).
+        """Return ln c1 >= ln c2 >= ln c3 of the squared principal stretches.
+
+        c1, c2, c3 are the roots of c^3 - I1 c^2 + I2 c - 1 = 0, by the angle of its three cosines
+        (Smith 1961, Comm. ACM 4:168).
         """
         q = self.maximum((I1 * I1 - 3.0 * I2) / 9.0, 1e-30)
         r = (2.0 * I1 * I1 * I1 - 9.0 * I1 * I2 + 27.0) / 54.0
@@ -46,8 +47,9 @@ class Functions:
         return u, v, -u - v  # c1 c2 c3 = 1
 
     def power_curvature(self, p, u, v, w):
-        """Return the second divided difference of c^p at exp u >= exp v >= exp w with product 1;
-        half the second derivative of c^p where all are equal.
+        """Return the second divided difference of c^p at exp u >= exp v >= exp w with product 1.
+
+        It is half the second derivative of c^p where all are equal.
 
         Where the three are close to their mean, the Taylor series there is used, in the complete
         homogeneous polynomials of the differences from it: h1 = 0, h2, h3, h4 = h2^2.
@@ -65,8 +67,9 @@ class Functions:
         return self.where(a - c < CLOSE, near, slopes / self.maximum(a - c, CLOSE))
 
     def power_slope(self, p, u, v):
-        """Return (a^p - b^p) / (a - b) of a = exp u, b = exp v: with m = sqrt(a b), h = ln(a/b) / 2
-        it is m^(p-1) sinh(p h) / sinh h.
+        """Return (a^p - b^p) / (a - b) of a = exp u, b = exp v.
+
+        With m = sqrt(a b), h = ln(a/b) / 2 it is m^(p-1) sinh(p h) / sinh h.
         """
         h = 0.5 * (u - v)
         ratio = self.sinh_ratio(p * h) / self.sinh_ratio(h)

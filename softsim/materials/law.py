@@ -39,8 +39,9 @@ class Law(ABC):
 
     @classmethod
     def starts(cls, terms: int, modulus: float) -> list[tuple[float, ...]]:
-        """Return start values of a fit of `terms` terms, for an initial shear modulus of about
-        `modulus` [Pa]; none where the stress is linear in the constants.
+        """Return start values of a fit, for an initial shear modulus of about `modulus` [Pa].
+
+        terms: number of terms. The list is empty where the stress is linear in the constants.
         """
         return []
 

@@ -13,8 +13,9 @@ DEFAULT_BULK_RATIO = 20.0
 
 @dataclass(frozen=True)
 class MaxwellBranch:
-    """Maxwell branch: a spring of `shear_modulus` [Pa] in series with a dashpot, `relaxation_time`
-    [s].
+    """Maxwell branch: a spring in series with a dashpot.
+
+    shear_modulus [Pa]: of the spring; relaxation_time [s].
     """
 
     shear_modulus: float
@@ -58,8 +59,9 @@ class Material:
 
     @property
     def impedance(self) -> float:
-        """Acoustic impedance rho c_d [Pa s/m], the stress of a compression wave over its particle
-        velocity, at rest and under a sudden load.
+        """Acoustic impedance rho c_d [Pa s/m] at rest under a sudden load.
+
+        It is the stress of a compression wave over its particle velocity.
         """
         modulus = self.bulk_modulus + 4.0 / 3.0 * self.instantaneous_shear_modulus
         return float(np.sqrt(modulus * self.density))

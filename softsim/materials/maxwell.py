@@ -47,8 +47,9 @@ class MaxwellSeries:
 
 
 def branch_moduli(frequency: np.ndarray, relaxation_times: np.ndarray) -> np.ndarray:
-    """Return the complex modulus (n, k) of branches of unit modulus: i omega tau / (1 + i omega
-    tau).
+    """Return the complex modulus (n, k) of branches of unit modulus.
+
+    It is i omega tau / (1 + i omega tau).
     """
     turned = 2j * np.pi * frequency[:, None] * relaxation_times
     return turned / (1.0 + turned)

@@ -50,8 +50,9 @@ class MaxwellFit:
 
 
 def fewest_branches(spectrum: Spectrum, largest_error: float) -> MaxwellFit:
-    """Return the fit with the fewest branches whose relative error of the complex modulus does not
-    exceed `largest_error`.
+    """Return the fit with the fewest branches.
+
+    The relative error of the complex modulus does not exceed `largest_error`.
 
     Raises
     ------

@@ -36,8 +36,9 @@ class Spectrum:
 
 
 def fractional(relaxation_time: float, order: float, band: tuple[float, float]) -> Spectrum:
-    """Return the spectrum of a fractional Kelvin-Voigt solid: mu / mu0 = 1 + (i omega tau)^n, mu0
-    the long-term modulus.
+    """Return the spectrum of a fractional Kelvin-Voigt solid.
+
+    mu / mu0 = 1 + (i omega tau)^n, mu0 the long-term modulus.
 
     relaxation_time: tau [s]; order: n, between 0 and 1; band: two frequencies [Hz].
     A spring beside a springpot (Bagley and Torvik 1983, AIAA J. 21:741-748; measured on silicones:
