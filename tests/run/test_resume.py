@@ -113,7 +113,7 @@ def test_resuming_a_finished_run_changes_nothing(ended, run):
     summary = read_summary(out)
     assert summary["status"] == "done"
     [warning] = summary["warnings"]  # given at the start, and kept by the checkpoint
-    assert warning.startswith("body 'strip' is 6000 mm deep")
+    assert warning.startswith("the section of body 'strip' is 6000 mm thick")
 
 
 def test_resume_on_another_device_is_refused(ended, run):
@@ -151,7 +151,7 @@ def test_a_folder_in_which_a_run_is_at_work_is_left_alone(ended, run):
     for resume in (False, True):
         with claimed(out):
             before = contents(out)
-            with pytest.raises(OutputError, match=f"process {os.getpid()} on .* works in"):
+            with pytest.raises(OutputError, match=f"process {os.getpid()} on .* is using"):
                 run(scene, "time.end=5 ms", out=out, resume=resume)
             assert contents(out) == before
     run(scene, "time.end=5 ms", out=out, resume=True)
@@ -168,7 +168,7 @@ def test_a_history_with_a_hole_is_not_resumed(ended, run, start, stop):
     scene, out = ended
     without_rows(out, start, stop)
     before = contents(out)
-    said = rf"history\.csv has {6 - stop + start} of 6 entries .*at t = 0\.005 s.*hole"
+    said = rf"history\.csv has {6 - stop + start} of 6 entries .*at t = 0\.005 s.*gap"
     with pytest.raises(OutputError, match=said) as told:
         run(scene, "time.end=5 ms", out=out, resume=True)
     assert "remove checkpoint.h5" in told.value.hint
@@ -192,7 +192,7 @@ def test_a_truncated_file_is_not_resumed(ended, run, name):
     before = contents(out)
     with pytest.raises(OutputError, match=name) as told:
         run(scene, "time.end=5 ms", out=out, resume=True)
-    assert "anew" in told.value.hint or "run again" in told.value.hint
+    assert "from the beginning" in told.value.hint or "run again" in told.value.hint
     assert contents(out) == before
 
 

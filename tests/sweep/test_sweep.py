@@ -256,7 +256,7 @@ def test_a_folder_has_one_sweep_at_a_time(study_file, tmp_path, pool):
     (tmp_path / "out").mkdir()
     with (
         claimed(tmp_path / "out"),
-        pytest.raises(OutputError, match=f"process {os.getpid()} on .* works in"),
+        pytest.raises(OutputError, match=f"process {os.getpid()} on .* is using"),
     ):
         swept(study_file, tmp_path / "out", pool, stand_ins.fine)
     assert len(swept(study_file, tmp_path / "out", pool, stand_ins.fine)[0]) == 6
