@@ -198,7 +198,7 @@ class SeriesInMemory:
 
 @dataclass(frozen=True)
 class FrameSeries:
-    """A series that is read from the file when asked for.
+    """Series that is read from the file on access.
 
     rows: rows of the file that make a frame; None where a frame is one entry.
     """
@@ -229,7 +229,7 @@ class FrameSeries:
 
 @dataclass(frozen=True)
 class Frames:
-    """The frames of a run; only the mesh, the times and what is described are always in memory.
+    """Frames of a run; only the mesh, the times and the description are always in memory.
 
     points: (n, 2 or 3) reference positions [m]. cells: (m, corners). times: (frames,) [s].
     point_data, cell_data, extra: name -> series of arrays, vectors with three components.

@@ -1,7 +1,7 @@
 """The duration of a run, estimated by a short trial run with its loads applied faster.
 
-The time step follows the deformation, so the step at rest says little about a skin that balloons:
-it may shrink tenfold. The pilot passes through the whole course of the loads in some 20,000
+The time step depends on the deformation, so the step at rest is a poor estimate for a skin that
+balloons: it may shrink tenfold. The trial run (pilot) covers the whole load history in some 20,000
 increments, with the run's own mesh, guards, history and frames. If its loads are k times as fast,
     time of the run's loop = k x time of the pilot's loop,
 because an increment costs the same and the step shrinks by as much at the same load. Assumed: the
@@ -42,12 +42,12 @@ FIGURES_TIME = 2.5  # [s]: matplotlib's import and some four pictures, measured
 
 @dataclass(frozen=True)
 class Duration:
-    """The parts of a run [s]: `start` up to the first increment, `loop`, `figures`. prepared: the
-    part of `start` that comes after the model, which the next run of a process takes again.
+    """Estimated parts of the duration of a run [s]: `start`, `loop`, `figures`.
 
-    increment_count: increments to be done. rate: element updates a second in the loop. threads:
-    CPU threads that share them. covered: share of the loads' course that the pilot saw. stopped:
-    why a guard stopped it there, in words; empty where none did.
+    start: up to the first increment. prepared: part of `start` after the model is built, which the
+    next run of a process takes again. increment_count: increments to be done. rate: element updates
+    per second in the loop. threads: CPU threads that share them. covered: fraction of the load
+    history that the trial run covered. stopped: why a guard stopped it there; empty if none did.
     """
 
     start: float
@@ -82,14 +82,14 @@ def predicted_duration(
     pilot_time: float = PILOT_TIME,
     console: Console = SILENT,
 ) -> Duration:
-    """Run the pilot in a temporary folder.
+    """Return the duration of a run, estimated by a trial run in a temporary folder.
 
-    console: shows that kernels are compiled. pilot_time: wall time [s] that it gets. A large model,
-    or one whose step shrinks a lot, is then on its way still, and the rest is taken at the pace of
-    the pilot's last part.
+    console: shows the kernel compilation. pilot_time: limit of the wall time of the trial run [s].
+    A large model, or one whose step shrinks a lot, may not reach its end by then; the rest is
+    extrapolated at the rate of the last part of the trial run.
 
-    Raises DeviceError where the device does not start, StabilityError where a guard stops the very
-    first increments.
+    Raises DeviceError if the device does not start, StabilityError if a guard stops the very first
+    increments.
     """
     built_after = time.time() - psutil.Process().create_time()
     factor = pilot_speed(model)
@@ -136,10 +136,10 @@ def time_scaled(model: Model, factor: float) -> Model:
 
 
 def extrapolated(marks: list[Mark], end: float) -> tuple[float, float, float]:
-    """Wall time [s] and increments of a whole pilot, and the share of its `end` [s] that it saw.
+    """Return wall time [s] and increments of a whole trial run, and the covered part of `end`.
 
-    Its first block of increments, which does much for the first time, is taken to be as fast as
-    those that follow. What is missing at the end goes on as the last LAST_PART of the wall time.
+    Its first block of increments, which includes one-time work, is assumed to be as fast as the
+    following ones. The missing part is extrapolated from the last LAST_PART of the wall time.
     """
     second, last = marks[min(1, len(marks) - 2)], marks[-1]
     wall = last.wall - second.wall
@@ -156,7 +156,7 @@ def extrapolated(marks: list[Mark], end: float) -> tuple[float, float, float]:
 def _first_increment(
     loaded: LoadedScene, model: Model, target: RunFolder, choice: Choice
 ) -> tuple[Batch, float]:
-    """The pilot after an increment, which compiles, and the wall time [s] that it took."""
+    """Return the trial run after one increment, which compiles, and its wall time [s]."""
     began = time.perf_counter()
     files = RunFiles(loaded, model, target, SILENT)
     pilot = Batch([files], choice, [()])
@@ -168,7 +168,7 @@ def _first_increment(
 
 
 def _marks(pilot: Batch, pilot_time: float) -> list[Mark]:
-    """Run the pilot to its end, its wall time [s], or to where a guard stops it.
+    """Run the trial to its end, to its limit of wall time [s], or until a guard stops it.
 
     Raises StabilityError if a guard stops it before there is anything to measure.
     """
@@ -210,6 +210,6 @@ def _stopped(run: Run, factor: float) -> str:
 
 
 def _is_done(run: Run) -> bool:
-    """True at the end time, or when the last cycle is over."""
+    """Return True at the end time, or when the last cycle is over."""
     cycles = run.model.cycles
     return run.has_reached_end() or (cycles is not None and run.loop.cycles_done() >= cycles)

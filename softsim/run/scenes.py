@@ -156,8 +156,8 @@ def run_case(
 ) -> Results:
     """Run a case of a study on one thread, as `run` does; nothing is printed, no passes measured.
 
-    resume: continue from the checkpoint, which is there. files: what a run is recorded in.
-    make_solver: as of Batch. Raises what `run` raises.
+    resume: continue from the existing checkpoint. files: class of the run's files. make_solver: as
+    in Batch. Raises what `run` raises.
     """
     choice, console = choose(device, 1), Console(quiet=True)
     model = ready_model(loaded, choice)

@@ -218,7 +218,7 @@ class Simulation:
         return self.time < asked - 1e-9 * self._scenario.time_increment
 
     def _go_on(self, asked: float) -> None:
-        """Do the block of increments, or as much of it as leads to the time that is asked [s]."""
+        """Compute the block of increments, or the part of it up to the requested time [s]."""
         if self._left == 0:
             [self._left] = self._batch.next_blocks().tolist()
             if self.finished:
@@ -521,7 +521,7 @@ def _loaded(
 
 
 def _number(value: Any, meaning: str) -> float:
-    """Return a real number of any type, numpy's too, as float. SimulationError: it is none."""
+    """Return a real number of any type, numpy's too, as float; raise SimulationError for others."""
     found = np.asarray(value)
     if found.dtype.kind not in "iuf" or found.size != 1:
         raise SimulationError(f"{meaning} must be a number, not {value!r}")

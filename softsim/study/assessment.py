@@ -1,5 +1,4 @@
-"""The study of `softsim assess --repeats`: a robot goes through a layout many times, each time with
-other values of what is not known for sure.
+"""The study of `softsim assess --repeats`: a robot in a layout with varied uncertain parameters.
 
 Friction, the place where it starts and the angle at which its motor starts are drawn from ranges,
 which a Latin hypercube fills evenly. The same seed draws the same values.
@@ -81,7 +80,7 @@ def repeated_assessment(
 
 
 def _factors(loaded: LoadedScene, spread: Spread) -> dict[str, dict[str, Any]]:
-    """Return what varies: name -> what a study's file would say of it."""
+    """Return the factors: name -> its entry as in a study file."""
     scene, found = loaded.scene, {}
     friction = scene.contact.friction_coefficient
     if friction > 0.0 and spread.friction > 0.0:

@@ -1,6 +1,4 @@
-"""Columns of a study's table as figures see them, and what is drawn: as the study says, or chosen
-by its factors.
-"""
+"""Columns of a study's table for figures, and its plots: as given, or chosen by its factors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -36,7 +34,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure: kind is curve, heat_map or scatter; x, y, by, colour are names of axes. by: a curve
+    """Figure: kind is curve, heat_map or scatter; x, y, by, colour are names of axes. by: a curve
     each; colour: what a heat map or the points of a scatter show.
     """
 
@@ -62,7 +60,7 @@ FACTORS_ONLY = {"curve": ("by",), "heat_map": ("x", "y")}
 def given_plots(
     parts: Sequence[PlotPart], tree: Tree, factors: Sequence[Axis], measures: Sequence[Axis]
 ) -> tuple[Plot, ...]:
-    """The plots that a study asks for. SceneError: an axis that it does not have."""
+    """Return the plots given in a study. Raises SceneError for an unknown axis."""
     for part, held in zip(parts, listed(tree, "plots"), strict=True):
         for role in AXES:
             named = child(held, role)

@@ -184,7 +184,8 @@ def load_study(path: Path | str, overrides: Sequence[str] = ()) -> LoadedStudy:
 
 def study_from(content: Mapping[str, Any], folder: Path) -> LoadedStudy:
     """Return a study from Python values; scene files are relative to `folder`.
-    SceneError as load_study.
+
+    content: the keys of a study file. Raises SceneError as load_study.
     """
     return loaded_study(tree_of(content), folder / "study", ())
 
@@ -247,8 +248,10 @@ def refuse_taken_names(study: Study, tree: Tree) -> None:
 
 
 def tree_of(value: Any, place: str = "study") -> Tree:
-    """The tree of mappings, lists, texts and numbers, also of numpy; each says as its place the
-    keys that lead to it, "factors.rate.values[0]". SceneError: values of another type.
+    """Return the tree of mappings, lists, texts and numbers, also of numpy.
+
+    The origin of each value is the keys that lead to it, such as "factors.rate.values[0]". Raises
+    SceneError for values of another type.
     """
     origin = Option(place)
     if isinstance(value, Mapping):

@@ -1,5 +1,6 @@
-"""Columns read from the summary or the history of each run, and which of them is sought: a measure
-that should be large or small, or the distance to reference values.
+"""Columns read from the summary or the history of each run, and the objective among them.
+
+The objective is a measure that should be large or small, or the distance to reference values.
 """
 
 import math
@@ -29,8 +30,10 @@ TAKES = "first, last, mean, min, max or slope"
 
 @dataclass(frozen=True)
 class MeasureColumn(Axis):
-    """An axis that is read from a summary. of: its name there, dotted into mappings; take: which
-    of a list; size: of its unit in the SI unit of the summary.
+    """Axis that is read from a summary.
+
+    of: its name there, dotted into mappings. take: the element of a list. size: its unit in the SI
+    unit of the summary.
     """
 
     of: str = ""
@@ -115,12 +118,13 @@ def measure_column(
     produced: Mapping[str, Measure],
     recorded: Mapping[str, Measure],
 ) -> MeasureColumn:
-    """The column of a measure; `produced` is what a run of the scene tells, `recorded` the columns
-    of its history.
+    """Return the column of a measure.
+
+    produced: name -> measure of a run of the scene. recorded: columns of its history.
 
     Raises
     ------
-    SceneError: it does not tell this, or not so.
+    SceneError: a run has no such measure, or not in this form.
     """
     if part.take is not None and part.of in recorded:
         return _history_column(name, part, tree, recorded[part.of])
@@ -196,9 +200,7 @@ MAXIMIZE, MINIMIZE = "maximize", "minimize"
 
 @dataclass(frozen=True)
 class Target:
-    """A measure, the reference value it should have and the deviation that counts as 1, in the
-    measure's unit.
-    """
+    """Measure with its reference value and the deviation that counts as 1, in its unit."""
 
     column: MeasureColumn
     reference: float

@@ -1,5 +1,6 @@
-"""The engine: jobs, pulled as workers become free, go to workers; outcomes come back. Workers are
-processes of this machine, or those of a dask scheduler elsewhere.
+"""Engine that distributes jobs to workers as they become free, and collects their outcomes.
+
+Workers are processes of this machine, or those of a dask scheduler elsewhere.
 """
 
 import logging
@@ -155,7 +156,7 @@ def remote_pool(address: str, folder: Path) -> Iterator[WorkerPool]:
 
 
 def _refuse_strangers(client: Client, folder: Path) -> None:
-    """Refuse workers with several threads, and those that do not see a file written just now."""
+    """Raise ClusterError for workers with several threads, or without access to `folder`."""
     for worker, threads in client.nthreads().items():
         if threads != 1:
             raise ClusterError(
