@@ -246,7 +246,7 @@ class _InFlight:
         return sum(map(len, self.rows.values()))
 
     def has_room(self) -> bool:
-        """Return True if fewer units are in progress than there are workers, at least one.
+        """Return True if fewer jobs are in progress than one unit per worker, at least one unit.
 
         Thus few jobs wait behind one that crashes its worker.
         """
