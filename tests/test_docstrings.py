@@ -1,0 +1,42 @@
+"""Docstrings of softsim are complete statements; none opens as a fragment ("Of an increment.")."""
+
+import ast
+import re
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import softsim
+
+PACKAGE = Path(softsim.__file__).parent
+FRAGMENT = re.compile(r"(What|Of|How|Whether|Where|Which|Who|Whose|That of|Those of)\b")
+
+
+def docstrings(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield line and text of the docstrings of modules, classes, functions and constants."""
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        for before, statement in pairwise([None, *body]) if isinstance(body, list) else ():
+            match statement:
+                case ast.Expr(value=ast.Constant(value=str(text))) if before is None or isinstance(
+                    before, ast.Assign | ast.AnnAssign
+                ):
+                    yield statement.lineno, text.strip()
+
+
+def test_the_check_finds_fragments():
+    source = (
+        '"""What loads do."""\nLIMIT = 3\n"""Of an increment."""\ndef f():\n    """Return 1."""\n'
+    )
+    found = [line for line, text in docstrings(ast.parse(source)) if FRAGMENT.match(text)]
+    assert found == [1, 3]
+
+
+def test_no_docstring_is_a_fragment():
+    found = [
+        f"{path.relative_to(PACKAGE)}:{line}: {text.splitlines()[0]}"
+        for path in sorted(PACKAGE.rglob("*.py"))
+        for line, text in docstrings(ast.parse(path.read_text(encoding="utf-8")))
+        if FRAGMENT.match(text)
+    ]
+    assert found == []
