@@ -13,7 +13,7 @@ from benchmarks.ceiling import CeilingError, compiled
 from benchmarks.effort import FULL, QUICK, Effort
 from benchmarks.gpu import gpu_rows
 from benchmarks.table import Row, machine, show, write_json
-from softsim.machine import cuda_device_count
+from softsim.compute.machine import cuda_device_count
 
 Measurement = Callable[[Path, Path | None, Effort], list[Row]]
 ON_THE_CPU: dict[str, Measurement] = {

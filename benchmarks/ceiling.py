@@ -16,6 +16,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from softsim.elements.axisymmetric import Axisymmetric
+from softsim.elements.geometry import Region
 from softsim.elements.hourglass import (
     fibre_scales,
     hourglass_modes,
@@ -23,7 +24,6 @@ from softsim.elements.hourglass import (
     warping_scales,
 )
 from softsim.elements.plane_strain import PlaneStrain
-from softsim.elements.region import Region
 from softsim.elements.ring_section import RingSection
 from softsim.errors import SoftsimError
 from softsim.model import Model
@@ -124,7 +124,7 @@ def banded(cells: np.ndarray, node_count: int) -> np.ndarray:
 
 
 def viscosities(body: Region, b1: float) -> np.ndarray:
-    """b1 rho c_d h_a [Pa s] of each pressure, as in softsim/elements/pressure_points.py."""
+    """b1 rho c_d h_a [Pa s] of each pressure, as in softsim/elements/one_point.py."""
     return b1 * body.material.impedance * body.pressure_sizes
 
 

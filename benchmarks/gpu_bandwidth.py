@@ -5,7 +5,7 @@ import time
 import numpy as np
 import taichi as ti
 
-from softsim import backend
+from softsim.compute import backend
 
 NUMBERS = 1 << 27  # far beyond any cache: 1 GiB read, 1 GiB written
 REPEATS = 20

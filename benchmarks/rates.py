@@ -14,7 +14,7 @@ from benchmarks.solver_process import SolverProcess
 from benchmarks.table import Row, limit_row, ratio_row
 from softsim.builder import build_model
 from softsim.scene.loading import load_scene
-from softsim.stability.time_step import stable_step
+from softsim.solver.stable_step import stable_step
 
 MEGA = 1e6
 # Of a round [s]. Other processes interrupt every few milliseconds; the ceiling's pieces can be

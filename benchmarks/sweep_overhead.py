@@ -10,7 +10,7 @@ from rich.console import Console
 
 from benchmarks.effort import Effort
 from benchmarks.table import Row, limit_row
-from softsim.machine import processor_count
+from softsim.compute.machine import processor_count
 from softsim.sweep.job import Job
 
 LIMIT = 20.0  # ms a case: hundredths of the shortest run

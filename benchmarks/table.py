@@ -12,7 +12,7 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
-from softsim.machine import processor_name
+from softsim.compute.machine import processor_name
 
 
 @dataclass(frozen=True)

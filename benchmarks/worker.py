@@ -11,11 +11,11 @@ import time
 from pathlib import Path
 from typing import Any
 
-from softsim import backend
 from softsim.builder import build_model
+from softsim.compute import backend
 from softsim.scene.loading import load_scene
 from softsim.solver.explicit import ExplicitSolver
-from softsim.stability.time_step import stable_step
+from softsim.solver.stable_step import stable_step
 
 WARM_UP = 16  # increments: kernels are compiled, every pass has run
 

@@ -10,24 +10,22 @@ from typing import TypeVar
 
 import numpy as np
 
-from softsim import backend
-from softsim.contact.cylinder import Cylinder
+from softsim.compute import backend
+from softsim.compute.mass_scaling import MassScaling
+from softsim.compute.term import Own, alike
 from softsim.contact.pipe_network import PipeNetwork
-from softsim.contact.sphere import Sphere
+from softsim.contact.simple_walls import Cylinder, Sphere
 from softsim.contact.wall import Wall
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.cable import Cable
 from softsim.elements.fibre import Fibre
-from softsim.elements.geometry import Geometry, nodal_sums
+from softsim.elements.geometry import Geometry, Region, nodal_sums
 from softsim.elements.layer import Layer
-from softsim.elements.region import Region
 from softsim.elements.ties import Ties
 from softsim.loads.load import Load, of_kind
 from softsim.loads.pressure import FollowerPressure
-from softsim.mass_scaling import MassScaling
 from softsim.mesh.mesh import facet_owners
 from softsim.rigid.body import RigidBodyData
-from softsim.sharing import Own, alike
 
 L = TypeVar("L", bound=Load)
 
@@ -319,7 +317,7 @@ class Model:
     step; end_time [s]: the latest end; cycles: pressure cycles of the robot's chamber after which
     the run ends, or None. time_increment: the user's step [s], or None for the stable one.
     friction_memory [s], friction_slip_length [m]: time and slip over which the limit of friction on
-    walls and outlines follows the normal force (contact/laws.py). self_contact: None without
+    walls and outlines follows the normal force (contact/forces.py). self_contact: None without
     contact between surfaces; corners: None if walls have none. mass_scaling: None if masses are not
     scaled. relaxation: after the loads of a static procedure, None in dynamics; settling:
     relaxation before t = 0, or None. passage, crossing: criteria of a pipe layout and of a ground,

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import settings
 from tiers import StartCount, in_default_tier, starts_of
 
-from softsim import backend
+from softsim.compute import backend
 
 # How long an example takes is the machine's matter, which may be busy: no test is timed. A change
 # is judged by the same examples wherever it is tested; `--hypothesis-profile explore` draws new
@@ -96,7 +96,7 @@ def restart(kernel_cache, request):
     """Start Taichi anew, on the CPU or where `--device` says: fields made before are gone, kernels
     compiled before are found again. (Two solvers beside each other share no kernels.)
     """
-    from softsim import backend
+    from softsim.compute import backend
 
     def started(threads: int = 1, device: str = request.config.getoption("device")):
         return backend.start(device, cache=Path(kernel_cache), threads=threads)
@@ -140,7 +140,7 @@ def start(restart):
     one started before it has found is read before.
     """
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     def start_solver(*models, share: float = 0.9):
         restart()
@@ -156,10 +156,9 @@ def start_settled(restart):
     """As `start`, with the stable step, whose models have settled."""
     import numpy as np
 
-    from softsim.solver.energy import EnergyReader
+    from softsim.solver.energy import EnergyReader, settle
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.solver.settling import settle
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     def start_solver(*models):
         restart()

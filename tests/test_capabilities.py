@@ -158,7 +158,7 @@ def test_every_part_acts_and_energy_is_balanced(build, restart, name):
     from softsim.output.observation import Observer, columns
     from softsim.solver.energy import EnergyBalance, EnergyReader
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     text, acts = STRUCTURES[name]
     model = build(text)

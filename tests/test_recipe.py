@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 
 SCENE = """
 bodies:
@@ -27,11 +27,10 @@ def drag_load(coefficients):
     """The load's own file, for scenarios with these c [N s/m]."""
     import taichi as ti
 
-    from softsim import backend
-    from softsim.fields import once, real_field
+    from softsim.compute import backend
+    from softsim.compute.fields import once, real_field
+    from softsim.compute.term import Own, Term
     from softsim.loads.load import Load
-    from softsim.sharing import Own
-    from softsim.term import Term
 
     @dataclasses.dataclass(frozen=True, eq=False)
     class Drag(Load):

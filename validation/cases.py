@@ -15,9 +15,8 @@ import numpy as np
 from rich.console import Console
 
 from softsim.errors import ExpectationError
-from softsim.output.folder import HISTORY, read_summary
+from softsim.output.folder import CASES, HISTORY, read_summary
 from softsim.output.history import read_history
-from softsim.output.study_folder import CASES
 from softsim.report.figures import draw_all
 from softsim.scene.loading import LoadedScene
 from softsim.study.cases import DONE, FAILED, LOST, Source, case_key, load_source

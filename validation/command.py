@@ -9,8 +9,8 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from softsim.compute.machine import cores, processor, processor_count
 from softsim.errors import SoftsimError
-from softsim.machine import cores, processor, processor_count
 from validation import page
 from validation.cases import DEVICE, Outcome, outcomes_by_name, run_cases
 from validation.constants import CONSTANTS

@@ -8,7 +8,7 @@ from typing import Any
 
 from softsim.errors import Location
 from softsim.scene.loading import load_scene
-from softsim.scene.tree import nearest
+from softsim.scene.text import nearest
 from validation.cases import SCENES
 
 

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from softsim.report.reach import ENDS
 from softsim.report.style import BLUE, GREEN, QUIET, SKY, drawing
-from softsim.report.way import ENDS
 from validation.cases import SCENES, Case, LayoutCase, Outcome, Outcomes
 from validation.command import command
 from validation.digitised import Points

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from softsim.output.touching import contact_count
+from softsim.analysis.measures import contact_count
 from softsim.report.style import BLUE, ORANGE, QUIET, drawing
-from softsim.scene.columns import ROW_FORCE
+from softsim.scene.quantities import ROW_FORCE
 from validation.cases import Case, Outcome, Outcomes
 from validation.command import command
 from validation.digitised import Points

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from softsim.report.study.curve import wilson_band
+from softsim.report.study.plots import wilson_band
 from softsim.report.style import BLUE, GREEN, ORANGE, QUIET, drawing
-from softsim.scene.columns import ROW_FORCE
+from softsim.scene.quantities import ROW_FORCE
 from validation.cases import Case, Outcome, Outcomes
 from validation.command import command
 from validation.digitised import Points

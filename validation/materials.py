@@ -22,7 +22,7 @@ import numpy as np
 from softsim.builder.materials import library_material
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, QUIET, drawing
 from softsim.scene.materials import Material, YeohMaterial
-from softsim.scene.tree import plain
+from softsim.scene.text import plain
 from validation.air import deflation
 from validation.cases import THINNED, Case, Outcome, Outcomes
 from validation.command import command

@@ -6,7 +6,7 @@ in which it falls by 1 cm. A safety line catches it 20 cm further down once it h
 
 Along the axis all 14 spikes of a ring hold and push, of which the section has 7 (vertically a ring
 is as stiff as 7, see softsim/scene/library/pfr/section.yaml): it stands for half of the robot
-there, and carries half of its weight (softsim/loads/axial_relief.py). Its inertia along the axis
+there, and carries half of its weight (softsim/loads/nodal.py). Its inertia along the axis
 stays whole.
 """
 

@@ -4,39 +4,27 @@ from dataclasses import replace
 
 import numpy as np
 
-from softsim.builder import (
-    conditions,
-    contact,
-    fibres,
-    layers,
-    loads,
-    passage,
-    rigid,
-    roles,
-    self_contact,
-    ties,
-    wall_corners,
-    walls,
-)
-from softsim.builder.bodies import built_bodies, meshed_bodies
+from softsim.builder import conditions, contact, loads, passage, rigid, structural, walls
+from softsim.builder import contact as self_contact
+from softsim.builder import walls as wall_corners
+from softsim.builder.bodies import built_bodies, material_keys, meshed_bodies
 from softsim.builder.cables import built_cables, cable_points, end_drags, placed_cables
-from softsim.builder.crossing import crossing
-from softsim.builder.ending import end_time, refuse_steady_probe, steady_probe
-from softsim.builder.loaded import Loaded
+from softsim.builder.chambers import refuse_what_cannot_be_felt
 from softsim.builder.names import Names
-from softsim.builder.pressure_control import refuse_what_cannot_be_felt
-from softsim.builder.profiles import over_the_run
-from softsim.builder.regions import material_keys
+from softsim.builder.names import chamber as chamber_of
+from softsim.builder.names import robot as robot_of
+from softsim.builder.passage import crossing, end_time, refuse_steady_probe, steady_probe
+from softsim.builder.profiles import Loaded, over_the_run
 from softsim.elements.axisymmetric import Axisymmetric
-from softsim.loads.gravity import RisingGravity
 from softsim.loads.load import of_kind
+from softsim.loads.nodal import RisingGravity
 from softsim.loads.pressure import FollowerPressure
 from softsim.loads.profile import Profile
 from softsim.model import Model, Relaxation
 from softsim.scene.loading import LoadedScene
 from softsim.scene.steps import AT_THE_START, Beginning
-from softsim.scene.surroundings import Environment
-from softsim.stability.time_step import estimator
+from softsim.scene.walls import Environment
+from softsim.solver.stable_step import estimator
 
 RELAXING_VISCOSITY = 0.06
 LONGEST_RELAXATION = 10.0
@@ -55,7 +43,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     """
     meshed, scene = meshed_bodies(loaded), loaded.scene
     names = Names(loaded, meshed, placed_cables(loaded, meshed), beginning)
-    names, all_ties = ties.placed_ties(names)
+    names, all_ties = structural.placed_ties(names)
     names = replace(names, surfaces=rigid.placed_surfaces(names))
     bodies = built_bodies(names)
     soft_points = np.concatenate([*(b.points for b in bodies), cable_points(names)])
@@ -66,9 +54,9 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     carrier = np.concatenate([vertex_owner, corner_owner])
 
     own_mass = conditions.lumped_mass(names, bodies, len(points))
-    own_mass += layers.layer_masses(names, len(points))
-    all_fibres = fibres.built_fibres(names)
-    own_mass += fibres.fibre_masses(all_fibres, len(points))
+    own_mass += structural.layer_masses(names, len(points))
+    all_fibres = structural.built_fibres(names)
+    own_mass += structural.fibre_masses(all_fibres, len(points))
     held = conditions.held_components(names, bodies, points)
     held[soft_count:] = True
     fixed = held.copy()
@@ -78,7 +66,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     tied = rigid.tied_nodes(names, ~held)
     for nodes in tied:
         held[nodes] = True
-    ties.refuse_held_nodes(names, all_ties, points, fixed, held)
+    structural.refuse_held_nodes(names, all_ties, points, fixed, held)
     moves, mass = ~held, all_ties.handed_over(own_mass)
     is_free = moves.copy()
     is_free[all_ties.nodes] = False
@@ -109,7 +97,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     at_walls = stiffness.contact(touching, scene.contact.friction_coefficient)
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
     acting = loads.built_loads(Loaded(names, bodies, points, own_mass, moves, tied, total_mass))
-    chamber = roles.chamber(names, of_kind(acting.values(), FollowerPressure))
+    chamber = chamber_of(names, of_kind(acting.values(), FollowerPressure))
     full_gravity, rise = gravity(names), gravity_share(names)
     starting_gravity = full_gravity
     if rise is not None:
@@ -123,7 +111,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     model = Model(
         bodies=bodies,
         cables=built_cables(names, is_free, stiffness, closed_walls),
-        layers=layers.built_layers(names, points),
+        layers=structural.built_layers(names, points),
         fibres=all_fibres,
         points=points,
         velocity=velocity,
@@ -150,7 +138,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
         probes=conditions.probes(names, points, moves, all_ties),
         gravity=full_gravity,
         starting_gravity=starting_gravity,
-        robot=roles.robot(names, bodies, chamber, points),
+        robot=robot_of(names, bodies, chamber, points),
         start_time=beginning.time,
         end_time=end_time(names, chamber),
         cycles=scene.time.cycles,

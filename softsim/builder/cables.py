@@ -7,14 +7,13 @@ import numpy as np
 from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.loads import ELASTIC_SLIP
 from softsim.builder.names import MeshedBody, Names, PlacedCable, in_mm, model_vector
-from softsim.contact.offset import OffsetWall
 from softsim.contact.pipe_network import PipeNetwork
-from softsim.contact.wall import Wall
+from softsim.contact.wall import OffsetWall, Wall
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.cable import Cable
-from softsim.loads.end_drag import EndDrag
+from softsim.loads.tether import EndDrag
 from softsim.model import CableData
-from softsim.scene import cables
+from softsim.scene import structural
 from softsim.scene.loading import LoadedScene
 
 LEAST_SEGMENTS = 4
@@ -49,7 +48,9 @@ def placed_cables(loaded: LoadedScene, bodies: Mapping[str, MeshedBody]) -> dict
     return result
 
 
-def along(loaded: LoadedScene, name: str, data: cables.Cable, corners: np.ndarray) -> np.ndarray:
+def along(
+    loaded: LoadedScene, name: str, data: structural.Cable, corners: np.ndarray
+) -> np.ndarray:
     """Return nodes (k, d) [m], evenly spaced along the line through `corners` (c, d) [m]."""
     steps = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     for k in np.flatnonzero(steps == 0.0):

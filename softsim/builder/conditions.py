@@ -2,22 +2,22 @@
 
 import numpy as np
 
+from softsim.builder.bodies import common_geometry
 from softsim.builder.cables import cable_mass
-from softsim.builder.closure import joined_facets, lids, refuse_open_chamber
+from softsim.builder.chambers import joined_facets, lids, refuse_open_chamber
 from softsim.builder.names import Names, in_mm
 from softsim.builder.profiles import displacement
-from softsim.builder.regions import common_geometry
+from softsim.compute.mass_scaling import MassScaling, edges_of, grouped
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.ring_section import RingSection
 from softsim.elements.ties import Ties
 from softsim.loads.prescribed import PrescribedMotion
-from softsim.mass_scaling import MassScaling, edges_of, grouped
 from softsim.mesh.mesh import SURFACE
 from softsim.model import Body, Probe
 from softsim.scene import conditions, outputs
-from softsim.scene.tree import Keys
+from softsim.scene.text import Keys
 
 
 def lumped_mass(names: Names, bodies: tuple[Body, ...], node_count: int) -> np.ndarray:

@@ -1,16 +1,35 @@
 """Contact: stiffness, damping and mass of each node."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
-from softsim.builder.names import Names
+from softsim.builder.names import Names, close_names, in_mm
 from softsim.elements.geometry import nodal_sums
-from softsim.mesh.mesh import signed_volumes
-from softsim.model import Body, ContactData
+from softsim.elements.plane_strain import PlaneStrain
+from softsim.elements.quadrature import simplex_gradients
+from softsim.elements.ring_section import RingSection
+from softsim.elements.ties import Ties
+from softsim.materials.material import Material
+from softsim.mesh.mesh import (
+    SURFACE,
+    facet_owners,
+    find_rows,
+    signed_volumes,
+    simplex_facets,
+    simplexes,
+)
+from softsim.mesh.surface import depth_in_surface, side_lengths
+from softsim.model import Body, ContactData, SelfContactData
 from softsim.rigid.body import RigidBodyData
-from softsim.scene import surroundings
+from softsim.scene import walls
+from softsim.scene.conditions import Fixed, Symmetry
+from softsim.scene.text import Keys
+from softsim.scene.walls import Contact
 
 # A node may start this far inside a wall: rounding of a shape that just fits.
 ALLOWED_PENETRATION = 1e-9
@@ -20,7 +39,7 @@ ALLOWED_PENETRATION = 1e-9
 class Stiffness:
     """Penalty stiffness (n,) [N/m] and mass (n,) [kg] that a contact has to move, per node."""
 
-    settings: surroundings.Contact
+    settings: walls.Contact
     penalty: np.ndarray
     effective_mass: np.ndarray
 
@@ -93,3 +112,359 @@ def contact_mass(
         smallest = np.diag(body.inertia)[list(body.free[3:])].min(initial=np.inf)
         effective[body.tied] = 1.0 / (1.0 / body.mass + arm_squared / smallest)
     return effective
+
+
+# -------------------------------------------------------------------------------------------------
+# Contact between bodies: the surfaces that a scene names, and their stiffness.
+
+# Compression at which bodies go contact.allowed_penetration into each other.
+REFERENCE_STRAIN = 0.1
+
+
+def self_contact(
+    names: Names,
+    bodies: Sequence[Body],
+    points: np.ndarray,
+    ties: Ties,
+    tied: Sequence[np.ndarray],
+    mass: np.ndarray,
+) -> SelfContactData | None:
+    """Return the surfaces that contact.self_contact and contact.pairs name, or None where they name
+    nothing.
+
+    points (n, d) [m] of all nodes; tied: those tied to each rigid body with a surface; mass (n,)
+    [kg] that a force on each has to move. Raises SceneError for a name that does not exist, for
+    surfaces that are planes of symmetry as a whole, and for bodies that start inside each other.
+    """
+    settings = names.scene.contact
+    by_name = named_surfaces(names)
+    if not by_name:
+        return None
+    named, surfaces = list(by_name.values()), []
+    for body in bodies:
+        own = [f for f in named if body.first_node <= f.flat[0] < body.nodes.stop]
+        if own:
+            whole = np.unique(np.concatenate(own), axis=0)
+            surfaces.append(surface_of(body, points, whole[~cut_faces(names, points, whole)]))
+    for rigid in names.surfaces.values():
+        if any(f is rigid.facets for f in named):
+            surfaces.append(rigid_surface_of(names, points, rigid.facets))
+    facets, corner_areas, moduli = (np.concatenate(parts) for parts in zip(*surfaces, strict=True))
+    refuse_no_facets(names, moduli)
+    nodes = np.unique(facets)
+    part = connected_parts(bodies, ties, tied, len(points))
+    refuse_overlap(names, bodies, points, part, nodes)
+    longest = side_lengths(points, facets).max(axis=1)
+    size = np.zeros(len(points))
+    np.maximum.at(size, facets, longest[:, None])
+    vertex_areas, centroid_areas = simpson_areas(corner_areas)
+    per_area = stiffness_per_area(settings, points, facets, corner_areas, moduli)
+
+    def at_points(at_vertices: np.ndarray, at_centroids: np.ndarray) -> np.ndarray:
+        """Return the values (k + f,) of all points: of a vertex the sum over its facets' (f, d)."""
+        return np.concatenate([nodal_sums(facets, at_vertices, len(points))[nodes], at_centroids])
+
+    point_group, friction = contact_groups(settings, by_name, nodes, facets)
+    data = SelfContactData(
+        nodes=nodes,
+        facets=facets,
+        point_size=np.concatenate([size[nodes], longest]),
+        point_part=np.concatenate([part[nodes], part[facets[:, 0]]]),
+        point_areas=at_points(vertex_areas, centroid_areas),
+        facet_areas=corner_areas.sum(axis=1),
+        facet_stiffness=per_area,
+        # Each of the two half passes has half of the stiffness.
+        penalty_stiffness=0.5
+        * at_points(per_area[:, None] * vertex_areas, per_area * centroid_areas),
+        damping_time=np.zeros(len(nodes) + len(facets)),
+        tangential_ratio=settings.tangential_stiffness_ratio,
+        tangential_damping_fraction=settings.tangential_damping_fraction,
+        point_group=point_group,
+        may_touch=friction >= 0.0,
+        friction_coefficient=friction,
+    )
+    is_rigid = np.isin(nodes, facets[np.isinf(moduli)])
+    return replace(data, damping_time=damping_times(settings.damping_ratio, data, mass, is_rigid))
+
+
+def refuse_no_facets(names: Names, moduli: np.ndarray) -> None:
+    """Raise a SceneError where no facet is left, or only those of rigid bodies, whose modulus is
+    infinite.
+    """
+    if not len(moduli):
+        raise names.loaded.error(
+            ("contact", "self_contact"),
+            "all of its facets lie in planes of symmetry, or are held in the normal direction",
+            "name the surfaces that may touch",
+        )
+    if np.isinf(moduli).all():
+        raise names.loaded.error(
+            ("contact", "self_contact"),
+            "only rigid bodies are named: the contact stiffness is derived from a deformable body",
+            "name a deformable body as well",
+        )
+
+
+def stiffness_per_area(
+    settings: Contact,
+    points: np.ndarray,
+    facets: np.ndarray,
+    corner_areas: np.ndarray,
+    moduli: np.ndarray,
+) -> np.ndarray:
+    """Return the contact stiffness per area (f,) [Pa/m] of facets (f, d): by it the pressure of a
+    compression by REFERENCE_STRAIN makes the allowed penetration; or what the user gives for a node
+    over the area of the facets around it.
+
+    A facet of a rigid body is as stiff as the stiffest one that it may touch: the other decides.
+    """
+    if settings.penalty_stiffness == "auto":
+        size = side_lengths(points, facets).mean(axis=1)
+        per_area = REFERENCE_STRAIN * moduli / (settings.allowed_penetration * size)
+    else:
+        areas = nodal_sums(facets, corner_areas, len(points))
+        per_area = (settings.penalty_stiffness / areas[facets]).mean(axis=1)
+    rigid = np.isinf(moduli)
+    return np.where(rigid, per_area[~rigid].max(), per_area)
+
+
+def damping_times(
+    damping_ratio: float, data: SelfContactData, mass: np.ndarray, is_rigid: np.ndarray
+) -> np.ndarray:
+    """Return c_n / k_n of each point (k + f,) [s], with the mass (n,) [kg] of all nodes; is_rigid:
+    True for vertices (k,) of rigid bodies, which have no mass of their own and take the median.
+
+    Two equal nodes m that press each other have the springs k and dashpots c of both half passes:
+    c = 2 zeta sqrt(k m / 2) / 2 of each, with k = 2 k_n.
+    """
+    own = data.summed_at_nodes(data.penalty_stiffness)
+    time = np.zeros(len(mass))
+    time[data.nodes] = damping_ratio * np.sqrt(mass[data.nodes] / np.maximum(own, 1e-300))
+    time[data.nodes[is_rigid]] = np.median(time[data.nodes[~is_rigid]])
+    return np.concatenate([time[data.nodes], time[data.facets].mean(axis=1)])
+
+
+def cut_faces(names: Names, points: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Return True (f,) for facets that lie in a plane of symmetry, or whose nodes are fixed along
+    one direction, across the facet: the body continues behind them.
+    """
+    cut = np.zeros(len(facets), dtype=bool)
+    flat = 1e-9 * np.ptp(points, axis=0).max()
+    for name, condition in names.scene.conditions.items():
+        if isinstance(condition, Symmetry):
+            letter = condition.normal
+        elif isinstance(condition, Fixed) and condition.directions and not condition.directions[1:]:
+            letter = condition.directions[0]
+        else:
+            continue
+        held = names.node_set(condition.nodes, ("conditions", name, "nodes"))
+        across = points[facets][:, :, "xyz".index(letter)]
+        cut |= np.isin(facets, held).all(axis=1) & (np.ptp(across, axis=1) <= flat)
+    return cut
+
+
+def surface_of(
+    body: Body, points: np.ndarray, facets: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the edges or triangles (f, d) of facets of a body, the areas (f, d) [m^2] that their
+    corners stand for, and the modulus E / (1 - nu^2) (f,) [Pa] of the material behind them.
+
+    Facets on the axis of a body of revolution have no area: they are left out.
+    """
+    d = points.shape[1]
+    owners = facet_owners(facets - body.first_node, body.cells)
+    triangles, numbers = simplex_facets(facets)
+    areas, moduli = np.zeros(triangles.shape), np.zeros(len(triangles))
+    for region in body.regions:
+        own = np.isin(owners[numbers], region.numbers)
+        areas[own] = region.geometry.corner_areas(points, triangles[own])
+        moduli[own] = plane_strain_modulus(region.material)
+    bears = areas.sum(axis=1) > 1e-12 * np.ptp(points, axis=0).max() ** 2
+    return triangles[bears].reshape(-1, d), areas[bears].reshape(-1, d), moduli[bears]
+
+
+def rigid_surface_of(
+    names: Names, points: np.ndarray, facets: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the same of facets (f, d) of a rigid body, whose modulus is infinite. In a section it
+    is as thick as the first deformable body.
+    """
+    geometry = names.geometry
+    if isinstance(geometry, RingSection):
+        geometry = PlaneStrain(geometry.thickness)
+    areas = geometry.corner_areas(points, facets)
+    return facets, areas, np.full(len(facets), np.inf)
+
+
+def plane_strain_modulus(material: Material) -> float:
+    """Return E / (1 - nu^2) [Pa] = 4 mu (3 kappa + mu) / (3 kappa + 4 mu), of fast loads."""
+    mu, kappa = material.instantaneous_shear_modulus, material.bulk_modulus
+    return 4.0 * mu * (3.0 * kappa + mu) / (3.0 * kappa + 4.0 * mu)
+
+
+def simpson_areas(corner_areas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the areas that the vertices (f, d) and the centroid (f,) of facets stand for in
+    Simpson's rule, of those of their linear shape functions (f, d); uneven ones too, as of rings.
+    """
+    d, whole = corner_areas.shape[1], corner_areas.sum(axis=1)
+    return corner_areas - whole[:, None] / (d + 1), whole * d / (d + 1)
+
+
+def named_surfaces(names: Names) -> dict[str, np.ndarray]:
+    """Return the facets (f, corners) that contact.self_contact and contact.pairs name, by name."""
+    settings = names.scene.contact
+    found: dict[str, np.ndarray] = {}
+    for k, reference in enumerate(settings.self_contact):
+        found[reference] = named_facets(names, reference, ("contact", "self_contact", k))
+    for k, pair in enumerate(settings.pairs):
+        for side, reference in enumerate(pair.between):
+            keys = ("contact", "pairs", k, "between", side)
+            found[reference] = named_facets(names, reference, keys)
+    return found
+
+
+def contact_groups(
+    settings: Contact, by_name: Mapping[str, np.ndarray], nodes: np.ndarray, facets: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the group (k + f,) of each vertex (k,) and facet (f, d), and the friction coefficient
+    (groups, groups) between any two groups, -1 where they do not touch.
+
+    Facets that are in self_contact or not, and in the same surfaces of pairs, make a group. A
+    vertex is in all surfaces of the facets around it. The last of several pairs counts.
+    """
+    usual = settings.self_friction_coefficient
+    usual = settings.friction_coefficient if usual is None else usual
+    rows = np.sort(facets, axis=1)
+
+    def members(names: Iterable[str]) -> np.ndarray:
+        """Return the points (k + f,) of the surfaces of these names."""
+        named = [np.zeros((0, facets.shape[1]), dtype=int)]
+        named += [np.sort(simplex_facets(by_name[name])[0], axis=1) for name in names]
+        of_facets = find_rows(rows, np.unique(np.concatenate(named), axis=0)) >= 0
+        return np.concatenate([np.isin(nodes, facets[of_facets]), of_facets])
+
+    paired = list(dict.fromkeys(name for pair in settings.pairs for name in pair.between))
+    columns = [members(settings.self_contact), *(members([name]) for name in paired)]
+    groups, number = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
+    friction = np.where(np.outer(groups[:, 0], groups[:, 0]), usual, -1.0)
+    for pair in settings.pairs:
+        one, other = (groups[:, 1 + paired.index(name)] for name in pair.between)
+        given = pair.friction_coefficient
+        friction[np.outer(one, other) | np.outer(other, one)] = usual if given is None else given
+    return number.reshape(-1), friction
+
+
+def named_facets(names: Names, reference: str, keys: Keys) -> np.ndarray:
+    """Return the facets (f, d) of a body's whole surface, or of "body.set".
+
+    Those of a rigid body belong to its mesh surface, "body" or "body.surface".
+    """
+    rigid, _, part = reference.partition(".")
+    if rigid in names.scene.rigid_bodies and rigid not in names.bodies:
+        if rigid not in names.surfaces or part not in ("", SURFACE):
+            raise names.loaded.error(
+                keys,
+                f"the rigid body '{rigid}' has no "
+                + (f"facet set '{part}'" if rigid in names.surfaces else "mesh surface"),
+                f'write "{rigid}.surface"'
+                if rigid in names.surfaces
+                else f"give rigid_bodies.{rigid}.surface: {{file: NAME.stl}}",
+            )
+        return names.surfaces[rigid].facets
+    if "." in reference:
+        return names.facet_set(reference, keys)
+    if reference not in names.bodies:
+        raise names.loaded.error(
+            keys,
+            f"there is no body '{reference}'",
+            close_names(reference, list(names.bodies), "bodies"),
+        )
+    return names.facet_set(f"{reference}.{SURFACE}", keys)
+
+
+def connected_parts(
+    bodies: Sequence[Body], ties: Ties, surfaces: Sequence[np.ndarray], node_count: int
+) -> np.ndarray:
+    """Return the number of the part (n,) to which each node is connected.
+
+    Connections are cells, ties, and rigid bodies with a surface. surfaces: the nodes tied to each
+    of these.
+    """
+    cells = np.concatenate([b.cells + b.first_node for b in bodies])
+    first = np.repeat(cells[:, :1], cells.shape[1] - 1, axis=1).ravel()
+    first = np.concatenate([first, ties.nodes, *(np.repeat(t[:1], len(t)) for t in surfaces)])
+    second = np.concatenate([cells[:, 1:].ravel(), ties.corners[:, 0], *surfaces])
+    links = coo_array((np.ones(len(first)), (first, second)), shape=(node_count, node_count))
+    return connected_components(links, directed=False)[1]
+
+
+def refuse_overlap(
+    names: Names, bodies: Sequence[Body], points: np.ndarray, part: np.ndarray, nodes: np.ndarray
+) -> None:
+    """Raise SceneError if a node that may touch starts inside another part: it would belong to the
+    wrong side.
+    """
+    for name, surface in names.surfaces.items():
+        if np.isin(surface.facets, nodes).any():
+            strangers = nodes[part[nodes] != part[surface.first_node]]
+            depth = depth_in_surface(points[strangers], points, surface.faces)
+            refuse_depth(names, points[strangers], depth, f"the rigid body '{name}'")
+    for body in bodies:
+        cells = body.cells + body.first_node
+        for other in np.unique(part[cells[:, 0]]):
+            of_part = cells[part[cells[:, 0]] == other]
+            strangers = nodes[part[nodes] != other]
+            depth = depth_inside(points[strangers], points, of_part)
+            refuse_depth(names, points[strangers], depth, f"body '{body.name}'")
+
+
+def refuse_depth(names: Names, places: np.ndarray, depth: np.ndarray, what: str) -> None:
+    """Raise SceneError if one of the places (k, d) is deep (k,) [m] inside of something."""
+    deepest = int(np.argmax(depth)) if len(depth) else 0
+    if len(depth) and depth[deepest] > ALLOWED_PENETRATION:
+        raise names.loaded.error(
+            ("contact", "self_contact"),
+            f"a node at {in_mm(places[deepest])} starts inside {what}",
+            "move one of them so that they do not overlap",
+        )
+
+
+def depth_inside(places: np.ndarray, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Return how deep (k,) [m] each place (k, d) lies in the body of these cells, at least.
+
+    It is the distance to the outer sides of the simplexes at the place, zero outside. A side
+    between two cells that hold the place does not count, since its distance to one is that to the
+    other. So a place on an inner node is as deep as the cells around it are high.
+    """
+    cells = simplexes(cells, points.shape[1])
+    corners = points[cells]
+    centres = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - centres[:, None], axis=2).max()
+    near = cKDTree(centres).query_ball_point(places, reach)
+    gradients = simplex_gradients(points, cells)
+    depth = np.zeros(len(places))
+    for k, held in enumerate(near):
+        if held:
+            depth[k] = _depth_in_cells(places[k], corners[held], gradients[held], cells[held])
+    return depth
+
+
+def _depth_in_cells(
+    place: np.ndarray, corners: np.ndarray, gradients: np.ndarray, cells: np.ndarray
+) -> float:
+    """Return the distance of a place to the outer facets of the cells (m, d + 1) that hold it."""
+    weights = np.einsum("mci,mi->mc", gradients, place - corners[:, 0])
+    weights[:, 0] += 1.0
+    holding = (weights > -1e-9).all(axis=1)
+    if not holding.any():
+        return 0.0
+    height = weights[holding] / np.linalg.norm(gradients[holding], axis=2)
+    facets = np.stack(
+        [np.sort(np.delete(cells[holding], c, axis=1), axis=1) for c in range(cells.shape[1])],
+        axis=1,
+    )
+    _, number, count = np.unique(
+        facets.reshape(-1, facets.shape[2]), axis=0, return_inverse=True, return_counts=True
+    )
+    outer = (count[number.ravel()] == 1).reshape(height.shape)
+    return float(height[outer].min())

@@ -6,27 +6,23 @@ from typing import Any
 
 import numpy as np
 
-from softsim.builder.chambers import pressure
-from softsim.builder.closure import joined_facets
-from softsim.builder.embedding import in_bodies, refuse_all_around
-from softsim.builder.loaded import Loaded
+from softsim.builder.bodies import bounded
+from softsim.builder.chambers import joined_facets, pressure
 from softsim.builder.names import Names, in_mm
-from softsim.builder.profiles import over_the_run
-from softsim.builder.regions import bounded
+from softsim.builder.profiles import Loaded, over_the_run
 from softsim.builder.rigid import freedom
+from softsim.builder.structural import in_bodies, refuse_all_around
 from softsim.elements.geometry import nodal_sums
-from softsim.loads.axial_relief import AxialRelief
 from softsim.loads.load import Load
-from softsim.loads.nodal import NodalForce
+from softsim.loads.nodal import AxialRelief, NodalForce, RigidForce
 from softsim.loads.profile import Profile, smooth_rise
 from softsim.loads.pulled_cable import PulledCable
-from softsim.loads.rigid_force import RigidForce
 from softsim.loads.rotor import CarriedRotor, Rotor, eccentric_mass, sinusoidal_force
 from softsim.loads.tendon import Tendon
 from softsim.loads.tether import Tether
 from softsim.scene import chambers as scene_chambers
 from softsim.scene import loads as scene_loads
-from softsim.scene.tree import Keys
+from softsim.scene.text import Keys
 
 # Way [m] on which a tether's drag builds up, where no stiffness is given: what some 0.25 m of soft
 # tube stretch by (E A / L, 240 N/m) under a drag of 0.02 to 0.03 N, and far less than a gait.

@@ -1,6 +1,8 @@
 """Materials of a scene: its own and those of the library."""
 
 import dataclasses
+from collections.abc import Callable, Mapping
+from functools import lru_cache
 from importlib import resources
 from typing import Any
 
@@ -8,19 +10,68 @@ import yaml
 from pydantic import TypeAdapter
 
 from softsim.builder.names import Names, close_names
-from softsim.builder.viscoelasticity import viscoelasticity
 from softsim.errors import MaterialError
+from softsim.materials.fitting import first_unstable_I1
 from softsim.materials.laws import LAWS
 from softsim.materials.material import (
     DEFAULT_BULK_RATIO,
     Material,
     bulk_modulus_from_poisson_ratio,
 )
-from softsim.materials.stability import first_unstable_I1
+from softsim.materials.maxwell import (
+    MaxwellFit,
+    MaxwellSeries,
+    Spectrum,
+    constant_loss_factor,
+    fewest_branches,
+    fractional,
+    measured,
+)
 from softsim.scene import materials as scene_materials
 from softsim.scene.loading import LoadedScene
 from softsim.scene.schema import Scene
-from softsim.scene.tree import Keys
+from softsim.scene.text import Keys
+
+# -------------------------------------------------------------------------------------------------
+# Maxwell branches of a material: given as a Prony series, or fitted to its spectrum.
+
+SPECTRA: Mapping[str, Callable[[Any, float], Spectrum]] = {
+    "fractional": lambda data, _: fractional(data.relaxation_time, data.order, data.band),
+    "loss_factor": lambda data, _: constant_loss_factor(data.loss_factor, data.band),
+    "table": lambda data, mu0: measured(data.points, data.long_term_modulus or mu0),
+}
+"""Kind of a scene's spectrum -> the spectrum, of a law with a shear modulus at rest [Pa]."""
+
+
+def viscoelasticity(data: scene_materials.Material) -> tuple[MaxwellSeries, MaxwellFit | None]:
+    """Return the Maxwell branches of a material, and their fit to its spectrum or None.
+
+    Without a spectrum they are those of its Prony series.
+
+    Raises
+    ------
+    MaterialError: a spectrum that branches do not meet.
+    """
+    if data.spectrum is None:
+        return MaxwellSeries.of_prony([(term.g, term.relaxation_time) for term in data.prony]), None
+    mu0 = LAWS[data.law](*data.constants).initial_shear_modulus
+    fit = fitted(data.spectrum, mu0)
+    return fit.series, fit
+
+
+@lru_cache
+def fitted(data: scene_materials.Spectrum, mu0: float) -> MaxwellFit:
+    """Return the fit to a scene's spectrum; mu0 [Pa] is the law's shear modulus at rest.
+
+    It is stored, because it takes a third of a second and the cases of a study build the same
+    material again.
+
+    Raises
+    ------
+    MaterialError: no branches meet the spectrum.
+    """
+    return fewest_branches(SPECTRA[data.kind](data, mu0), data.largest_error)
+
 
 _MATERIAL: TypeAdapter[scene_materials.Material] = TypeAdapter(scene_materials.Material)
 

@@ -1,18 +1,24 @@
 """Lookup of names in a scene: node sets, facet sets, rigid bodies; vectors of its space."""
 
 import difflib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from functools import reduce
+from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
 
 from softsim.elements.geometry import Geometry
-from softsim.mesh.bearing import side_lengths
-from softsim.mesh.mesh import SURFACE, Mesh
+from softsim.loads.pressure import FollowerPressure
+from softsim.mesh.mesh import SURFACE, Mesh, facet_keys, find_rows
+from softsim.mesh.surface import side_lengths
+from softsim.model import Body, Robot
+from softsim.scene.bodies import BoxSet, PlaneSet, SetDefinition
 from softsim.scene.loading import LoadedScene
 from softsim.scene.schema import Scene
 from softsim.scene.steps import Beginning
-from softsim.scene.tree import Keys
+from softsim.scene.text import Keys, first_key
 
 
 @dataclass(frozen=True)
@@ -212,3 +218,326 @@ def close_names(name: str, known: list[str], kind: str) -> str:
 def in_mm(place: np.ndarray) -> str:
     """Return a place [m] as text in mm."""
     return "(" + ", ".join(f"{c * 1e3:.2f}" for c in place) + ") mm"
+
+
+# -------------------------------------------------------------------------------------------------
+# Parts of a model in the roles that a scene names: frame, chamber, rows, track.
+
+PLACE = ("robot",)
+
+
+SIDES = (("bottom", "top"), ("left", "right"))
+"""Names of the sides of a robot by the sign of y and z: it travels along +x, and +y is up."""
+
+
+def robot(
+    names: Names, bodies: Sequence[Body], chamber: FollowerPressure | None, points: np.ndarray
+) -> Robot:
+    """Return the parts that the scene names, or the first of each kind.
+
+    chamber: the result of `chamber`. points (n, d) [m]: all nodes at rest.
+    """
+    named = None if chamber is None else chamber.name
+    found = rows(names, bodies)
+    assumptions = names.scene.robot.assumptions
+    return Robot(frame(names), named, found, sides(found, points), track(names), assumptions)
+
+
+def frame(names: Names) -> int | None:
+    """Return the number of the rigid body that is the frame; None without one."""
+    given = names.scene.robot.frame
+    if given is not None:
+        return names.rigid_number(given, (*PLACE, "frame"))
+    return 0 if names.scene.rigid_bodies else None
+
+
+def chamber(names: Names, chambers: Sequence[FollowerPressure]) -> FollowerPressure | None:
+    """Return the pressure that is the robot's chamber; None without one."""
+    given = names.scene.robot.chamber
+    if given is None:
+        return chambers[0] if chambers else None
+    by_name = {one.name: one for one in chambers}
+    if given not in by_name:
+        raise names.loaded.error(
+            (*PLACE, "chamber"),
+            f"load '{given}' is not a pressure",
+            close_names(given, list(by_name), "chambers"),
+        )
+    return by_name[given]
+
+
+def rows(names: Names, bodies: Sequence[Body]) -> dict[str, np.ndarray]:
+    """Return node sets (k,) by name, those of each pattern in the order of the mesh."""
+    sets = {f"{b.name}.{name}": nodes for b in bodies for name, nodes in b.node_sets.items()}
+    found: dict[str, np.ndarray] = {}
+    for k, pattern in enumerate(names.scene.robot.rows):
+        named = {name: nodes for name, nodes in sets.items() if fnmatchcase(name, pattern)}
+        if not named:
+            raise names.loaded.error(
+                (*PLACE, "rows", k),
+                f"no node set is called '{pattern}'",
+                close_names(pattern, list(sets), "node sets"),
+            )
+        found |= named
+    return found
+
+
+def track(names: Names) -> str | None:
+    """Return the name of the probe whose path over the ground is recorded; None without one."""
+    given, keys = names.scene.robot.track, (*PLACE, "track")
+    if given is None:
+        return None
+    probes = names.scene.output.probes
+    followed = [name for name, probe in probes.items() if probe.kind == "displacement"]
+    if given not in followed:
+        raise names.loaded.error(
+            keys,
+            f"there is no probe '{given}' of kind displacement",
+            close_names(given, followed, "probes of this kind"),
+        )
+    if names.dimension != 3 or not names.scene.rigid_bodies:
+        raise names.loaded.error(
+            keys,
+            "a track needs a 3D model of a robot with a frame, the rigid body that defines its "
+            "heading",
+            "leave track out; the columns of the probe contain its position",
+        )
+    return given
+
+
+def sides(rows: dict[str, np.ndarray], points: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the nodes of all rows, by the side of the robot on which they lie at rest.
+
+    The side is the transverse direction in which a node is farthest from the mean of all.
+    """
+    if not rows:
+        return {}
+    nodes = np.unique(np.concatenate(list(rows.values())))
+    across = (points[nodes] - points[nodes].mean(axis=0))[:, 1:]
+    farthest = np.abs(across).argmax(axis=1)
+    ahead = np.take_along_axis(across, farthest[:, None], axis=1)[:, 0] >= 0.0
+    return {
+        name: nodes[(farthest == k) & (ahead == bool(sign))]
+        for k, pair in enumerate(SIDES[: across.shape[1]])
+        for sign, name in enumerate(pair)
+    }
+
+
+# -------------------------------------------------------------------------------------------------
+# Sets that a scene defines on a body.
+#
+# A set is a box, one side of a plane, or the union, intersection or difference of further sets. It
+# may have nodes, facets and cells.
+
+ON_IT = 1e-6
+"""Distance from a plane or the side of a box up to which a node counts as on it.
+
+It is relative to the body's extent: far below the size of an element, and above the round-off of
+the seven digits of a mesh file.
+"""
+
+ALL = "all"
+"""Name of the node set and the cell set that contain a whole body."""
+
+OPERATIONS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
+    "union": np.logical_or,
+    "intersection": np.logical_and,
+    "difference": lambda one, other: one & ~other,
+}
+
+
+@dataclass(frozen=True)
+class Members:
+    """Masks of the nodes (n,), facets of the surface (k,) and cells (m,) that are in a set.
+
+    A mask is None if a set of the mesh has no such members.
+    """
+
+    nodes: np.ndarray | None
+    facets: np.ndarray | None
+    cells: np.ndarray | None
+
+    def describe(self) -> str:
+        """Return the numbers of members as text."""
+        counted = {"nodes": self.nodes, "facets": self.facets, "cells": self.cells}
+        return " and ".join(f"{m.sum()} {kind}" for kind, m in counted.items() if m is not None)
+
+
+def with_defined_sets(loaded: LoadedScene, body: str, mesh: Mesh) -> Mesh:
+    """Return a body's mesh, placed, with the sets that the scene defines on it beside its own, and
+    with its nodes and cells as the set `all`.
+    """
+    mesh = with_all(loaded, body, mesh)
+    defined = loaded.scene.bodies[body].sets
+    if not defined:
+        return mesh
+    keys = ("bodies", body, "sets")
+    known = sets_of(mesh)
+    refuse_taken_names(loaded, body, known)
+    for name in order_of_definition(loaded, body, known):
+        known[name] = members(loaded, mesh, defined[name], known, (*keys, name))
+    nodes, facets, cells = mesh.node_sets.copy(), mesh.facet_sets.copy(), mesh.cell_sets.copy()
+    for name in defined:
+        found = known[name]
+        if found.nodes is not None and found.nodes.any():
+            nodes[name] = np.flatnonzero(found.nodes)
+        if found.facets is not None and found.facets.any():
+            facets[name] = mesh.facet_sets[SURFACE][found.facets]
+        if found.cells is not None and found.cells.any():
+            cells[name] = np.flatnonzero(found.cells)
+        if not {name} & {*nodes, *facets, *cells}:
+            hint = why_empty(mesh, defined[name], known)
+            raise loaded.error((*keys, name), f"the set '{body}.{name}' is empty", hint)
+    return replace(mesh, node_sets=nodes, facet_sets=facets, cell_sets=cells)
+
+
+def with_all(loaded: LoadedScene, body: str, mesh: Mesh) -> Mesh:
+    """Return a mesh with the sets `all`. SceneError where its file means something else by that."""
+    nodes, cells = np.arange(len(mesh.points)), np.arange(len(mesh.cells))
+    of_file = mesh.node_sets.get(ALL, nodes), mesh.cell_sets.get(ALL, cells)
+    if (len(of_file[0]), len(of_file[1])) != (len(nodes), len(cells)) or ALL in mesh.facet_sets:
+        raise loaded.error(
+            ("bodies", body, "mesh"),
+            f"the mesh has a set '{ALL}' that is not the whole body",
+            f"rename it in the file: '{body}.{ALL}' means all nodes and cells of '{body}'",
+        )
+    return replace(
+        mesh, node_sets={**mesh.node_sets, ALL: nodes}, cell_sets={**mesh.cell_sets, ALL: cells}
+    )
+
+
+def sets_of(mesh: Mesh) -> dict[str, Members]:
+    """Return the mesh's own sets, by name."""
+    surface = facet_keys(mesh.facet_sets[SURFACE])
+    nodes = {name: mask(numbers, len(mesh.points)) for name, numbers in mesh.node_sets.items()}
+    cells = {name: mask(numbers, len(mesh.cells)) for name, numbers in mesh.cell_sets.items()}
+    facets = {}
+    for name, rows in mesh.facet_sets.items():
+        facets[name] = mask(find_rows(facet_keys(rows), surface), len(surface))
+    return {
+        name: Members(nodes.get(name), facets.get(name), cells.get(name))
+        for name in {**nodes, **facets, **cells}
+    }
+
+
+def mask(numbers: np.ndarray, count: int) -> np.ndarray:
+    """Return True for those of `count` members that have these numbers."""
+    chosen = np.zeros(count, dtype=bool)
+    chosen[numbers] = True
+    return chosen
+
+
+def refuse_taken_names(loaded: LoadedScene, body: str, of_mesh: Mapping[str, Members]) -> None:
+    """Raise SceneError if a defined set has the name of a set of the mesh."""
+    for name in loaded.scene.bodies[body].sets:
+        if name in of_mesh:
+            raise loaded.error(
+                ("bodies", body, "sets", name),
+                f"the mesh of '{body}' has a set '{name}' already",
+                f"choose another name than {', '.join(of_mesh)}",
+            )
+
+
+def order_of_definition(
+    loaded: LoadedScene, body: str, of_mesh: Mapping[str, Members]
+) -> list[str]:
+    """Return the names of the defined sets, each after those of which it consists."""
+    defined, keys = loaded.scene.bodies[body].sets, ("bodies", body, "sets")
+    for name, data in defined.items():
+        for k, part in enumerate(parts(data)):
+            if part not in defined and part not in of_mesh:
+                raise loaded.error(
+                    (*keys, name, first_key(type(data)), k),
+                    f"there is no set '{part}' of '{body}'",
+                    close_names(part, [*of_mesh, *defined], "sets"),
+                )
+    graph = {name: parts(data) for name, data in defined.items()}
+    try:
+        return [name for name in TopologicalSorter(graph).static_order() if name in defined]
+    except CycleError as error:
+        circle = error.args[1][::-1]
+        raise loaded.error(
+            (*keys, circle[0]),
+            f"sets of '{body}' are defined by each other in a circle",
+            " -> ".join(circle),
+        ) from None
+
+
+def parts(data: SetDefinition) -> tuple[str, ...]:
+    """Return the names of the sets of which a set consists; none for a geometric one."""
+    kind = first_key(type(data))
+    return getattr(data, kind) if kind in OPERATIONS else ()
+
+
+def members(
+    loaded: LoadedScene,
+    mesh: Mesh,
+    data: SetDefinition,
+    known: Mapping[str, Members],
+    keys: Keys,
+) -> Members:
+    """Return the members of a set; `known`: at least the sets of which it consists."""
+    if isinstance(data, BoxSet):
+        return there(mesh, in_box(loaded, mesh, data, keys))
+    if isinstance(data, PlaneSet):
+        return there(mesh, beside_plane(loaded, mesh, data, keys))
+    operation, operands = OPERATIONS[first_key(type(data))], [known[p] for p in parts(data)]
+    return Members(
+        combined(operation, [one.nodes for one in operands]),
+        combined(operation, [one.facets for one in operands]),
+        combined(operation, [one.cells for one in operands]),
+    )
+
+
+def there(mesh: Mesh, nodes: np.ndarray) -> Members:
+    """Return the set of some nodes, a mask (n,).
+
+    It has the facets of the surface and the cells whose corners are all among these nodes.
+    """
+    facets, cells = (nodes[rows].all(axis=1) for rows in (mesh.facet_sets[SURFACE], mesh.cells))
+    return Members(nodes, facets, cells)
+
+
+def combined(
+    operation: Callable[[np.ndarray, np.ndarray], np.ndarray], masks: list[np.ndarray | None]
+) -> np.ndarray | None:
+    """Return masks combined by an operation, from left to right; None if one of them is None."""
+    given = [mask for mask in masks if mask is not None]
+    return reduce(operation, given) if len(given) == len(masks) else None
+
+
+def in_box(loaded: LoadedScene, mesh: Mesh, data: BoxSet, keys: Keys) -> np.ndarray:
+    """Return True for the nodes (n,) that lie in a box."""
+    for k, corner in enumerate(data.box):
+        # A z left out is not taken for zero: such a box would be flat.
+        if len(corner) != mesh.dimension:
+            raise loaded.error(
+                (*keys, "box", k),
+                f"has {len(corner)} coordinates; this model has {mesh.dimension}",
+                "give all coordinates of both corners of the box",
+            )
+    off = ON_IT * extent(mesh)
+    low, high = np.min(data.box, axis=0) - off, np.max(data.box, axis=0) + off
+    return ((mesh.points >= low) & (mesh.points <= high)).all(axis=1)
+
+
+def beside_plane(loaded: LoadedScene, mesh: Mesh, data: PlaneSet, keys: Keys) -> np.ndarray:
+    """Return True for the nodes (n,) on the side of a plane to which its normal points."""
+    plane, keys = data.plane, (*keys, "plane")
+    point = model_vector(loaded, mesh.dimension, plane.point, (*keys, "point"))
+    normal = model_vector(loaded, mesh.dimension, plane.normal, (*keys, "normal"))
+    height = (mesh.points - point) @ (normal / np.linalg.norm(normal))
+    return height >= -ON_IT * extent(mesh)
+
+
+def extent(mesh: Mesh) -> float:
+    """Return the largest size [m] of a mesh along an axis."""
+    return float(np.ptp(mesh.points, axis=0).max())
+
+
+def why_empty(mesh: Mesh, data: SetDefinition, known: Mapping[str, Members]) -> str:
+    """Return a hint on an empty set: the extent of the body, or the sizes of the sets used."""
+    if parts(data):
+        return "; ".join(f"{part}: {known[part].describe()}" for part in parts(data))
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    return f"the body extends from {in_mm(low)} to {in_mm(high)}"

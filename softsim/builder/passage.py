@@ -1,5 +1,6 @@
 """Passage of a rigid body along a pipe, as defined by a scene's layout."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,12 +10,14 @@ from softsim.builder.pipe_path import pipes
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.pipe_path import PipePath
 from softsim.contact.wall import Wall
+from softsim.errors import SceneError
 from softsim.loads.pressure import FollowerPressure
-from softsim.model import Passage
+from softsim.model import Body, Crossing, Passage, SteadyProbe
 from softsim.scene.bodies import BallOutline, CylinderOutline
-from softsim.scene.layout import Layout
-from softsim.scene.surroundings import PipePathWall
-from softsim.scene.tree import nearest
+from softsim.scene.outputs import probe_columns
+from softsim.scene.schema import Layout
+from softsim.scene.text import nearest
+from softsim.scene.walls import PipePathWall, Terrain
 
 
 def passage(
@@ -202,3 +205,113 @@ def default_goal(path: PipePath, start: float, length: float) -> float:
     if last.length > length and start < inside and start < last.start:
         return inside
     return path.length - 0.5 * length
+
+
+# -------------------------------------------------------------------------------------------------
+# Crossing of the ground by a body, with its goal.
+
+
+def crossing(names: Names, bodies: tuple[Body, ...]) -> Crossing | None:
+    """Return the crossing that the scene defines; None without one."""
+    asked = names.scene.crossing
+    if asked is None:
+        return None
+    known = {body.name: body for body in bodies}
+    name = asked.body or next(iter(known))
+    if name not in known:
+        raise names.loaded.error(
+            ("crossing", "body"),
+            f"there is no body '{name}'",
+            close_names(name, list(known), "bodies"),
+        )
+    walls = [w for w in names.scene.environment.walls.values() if isinstance(w, Terrain)]
+    if asked.goal is None and not walls:
+        raise names.loaded.error(
+            ("crossing",),
+            "the goal is unknown: no wall is a ramp, a semicircle or a step_field",
+            "give goal: the x coordinate that the rear end must pass",
+        )
+    goal = walls[-1].foot[0] + walls[-1].crossed if asked.goal is None else asked.goal
+    foot = walls[0].foot[0] if walls else goal
+    body = known[name]
+    nodes = np.arange(body.nodes.start, body.nodes.stop)
+    if body.points[:, 0].min() > goal:
+        raise names.loaded.error(
+            ("crossing",),
+            f"'{name}' starts beyond the goal at x = {1e3 * goal:.4g} mm",
+            "give it another position, or another goal",
+        )
+    patience = math.inf if asked.patience is None else asked.patience
+    return Crossing(nodes, goal, foot, patience)
+
+
+# -------------------------------------------------------------------------------------------------
+# End of a run: at its time, after a pressure cycle, or when a probe of a static run is steady.
+
+
+def end_time(names: Names, chamber: FollowerPressure | None) -> float:
+    """Return the latest end of the run [s].
+
+    It is the time of the scene, or the end of the last pressure cycle that the run waits for, if
+    the profile defines it.
+    """
+    time = names.scene.time
+    latest = names.beginning.time + time.end
+    if time.cycles is None:
+        return latest
+    if chamber is None:
+        raise _refused(names, "no pressure has cycles to count")
+    refuse_missing_cycles(names, chamber, time.cycles)
+    return min(latest, chamber.drive.cycle_end(time.cycles))
+
+
+def refuse_missing_cycles(names: Names, chamber: FollowerPressure, asked: int) -> None:
+    """Raise SceneError if the run waits for more cycles than the chamber of the robot has.
+
+    The history counts the cycles of no other chamber.
+    """
+    most, name = chamber.drive.cycle_count, chamber.name
+    if asked <= most:
+        return
+    if most == 0:
+        raise _refused(names, f"the pressure of '{name}', the chamber of the robot, has no cycles")
+    raise names.loaded.error(
+        ("time", "cycles"),
+        f"the run is to end after {asked} pressure cycles, but '{name}' has only {most:g}",
+        f"write at most {most:g}, or raise loads.{name}.profile.count",
+    )
+
+
+def steady_probe(names: Names) -> SteadyProbe | None:
+    """Return the probe that ends a static run once it is steady, or None."""
+    time, probes = names.scene.time, names.scene.output.probes
+    if time.until is None:
+        return None
+    name = time.until.probe
+    if name not in probes:
+        raise names.loaded.error(
+            ("time", "until", "probe"),
+            f"there is no probe '{name}'",
+            close_names(name, list(probes), "probes") if probes else "add output.probes",
+        )
+    columns = probe_columns(name, probes[name].kind, "xyz"[: names.dimension])
+    since = names.beginning.time + time.end
+    return SteadyProbe(name, tuple(columns), time.until.within, since)
+
+
+def refuse_steady_probe(names: Names) -> None:
+    """Raise SceneError if a dynamic run should end when a probe is steady."""
+    if names.scene.time.until is not None:
+        raise names.loaded.error(
+            ("time", "until"),
+            "only a static run can end when a probe is steady",
+            "write procedure: static, or leave `until` out",
+        )
+
+
+def _refused(names: Names, problem: str) -> SceneError:
+    return names.loaded.error(
+        ("time", "cycles"),
+        f"the run is to end after pressure cycles: {problem}",
+        "leave cycles out, so that the run ends at `end`, or use a profile of kind cycles",
+    )

@@ -10,7 +10,7 @@ from softsim.contact import pipe_layout
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import SceneError
-from softsim.scene.pipe_items import (
+from softsim.scene.pipes import (
     BendItem,
     CrossItem,
     PipeItem,
@@ -19,8 +19,8 @@ from softsim.scene.pipe_items import (
     TaperItem,
     TeeItem,
 )
-from softsim.scene.surroundings import PipePathWall
-from softsim.scene.tree import Keys, nearest
+from softsim.scene.text import Keys, nearest
+from softsim.scene.walls import PipePathWall
 
 # Key of the pipe of the start, beside which its branches stand.
 PIPE = "pipe"

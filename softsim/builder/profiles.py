@@ -1,6 +1,8 @@
 """Profiles over time that a scene describes."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -8,8 +10,8 @@ import numpy as np
 from softsim.builder.names import Names
 from softsim.loads import profile as profiles
 from softsim.loads.profile import Profile
+from softsim.model import Body
 from softsim.scene.conditions import Prescribed, RigidMotion, WallMotion
-from softsim.scene.part import Part
 from softsim.scene.profiles import (
     Constant,
     CyclesProfile,
@@ -20,7 +22,9 @@ from softsim.scene.profiles import (
     SmoothStep,
     Table,
 )
-from softsim.scene.tree import Keys
+from softsim.scene.quantities import Part
+from softsim.scene.text import Keys
+from softsim.solver.stable_step import element_frequencies
 
 CURVES: dict[type, Callable[..., Profile]] = {
     Constant: lambda end, value, ramp: profiles.constant(value, ramp),
@@ -76,3 +80,30 @@ def _integrated_velocity(names: Names, velocity: Any, keys: Keys) -> Profile:
     start, time = names.beginning.of(keys), names.beginning.time
     end = time + names.scene.time.end - start
     return built_profile(velocity, end).integrated(end).delayed(start)
+
+
+# -------------------------------------------------------------------------------------------------
+# Data of the model that the builders of loads need.
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """Bodies and nodes on which loads act.
+
+    points (n, d) [m], mass (n,) [kg] and is_free (n, d): of all nodes. tied: nodes tied to each
+    rigid body. total_mass [kg]: of everything in the model.
+    """
+
+    names: Names
+    bodies: tuple[Body, ...]
+    points: np.ndarray
+    mass: np.ndarray
+    is_free: np.ndarray
+    tied: list[np.ndarray]
+    total_mass: float
+
+    @cached_property
+    def stiffest(self) -> float:
+        """Largest omega^2 [1/s^2] of an element at rest."""
+        regions = (region for body in self.bodies for region in body.regions)
+        return max(float(element_frequencies(region).max()) for region in regions)

@@ -6,12 +6,11 @@ from scipy.spatial.transform import Rotation
 from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.names import Names, PlacedSurface, in_mm
 from softsim.builder.profiles import displacement
-from softsim.contact.cylinder import Cylinder
 from softsim.contact.polyline import checked_polyline
-from softsim.contact.sphere import Sphere
+from softsim.contact.simple_walls import Cylinder, Sphere
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import MeshError
-from softsim.loads.rigid_motion import RigidMotion
+from softsim.loads.prescribed import RigidMotion
 from softsim.mesh.mesh import SURFACE, signed_volumes, simplex_facets
 from softsim.mesh.reading import read_mesh
 from softsim.mesh.surface import divided, in_order, read_surface, refuse_flat
@@ -19,8 +18,8 @@ from softsim.model import Body, OutlineData
 from softsim.rigid.body import RigidBodyData
 from softsim.scene import conditions
 from softsim.scene.bodies import BallOutline, RigidBody, RigidSurface
-from softsim.scene.surroundings import PipeWall, PlaneWall
-from softsim.scene.tree import Keys
+from softsim.scene.text import Keys
+from softsim.scene.walls import PipeWall, PlaneWall
 from softsim.units import format_quantity
 
 # Of a model of each kind, in the order x, y, z, rotations about x, y, z.

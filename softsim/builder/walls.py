@@ -6,35 +6,189 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from softsim.builder.contact import ALLOWED_PENETRATION
-from softsim.builder.gridded_walls import surface_walls
 from softsim.builder.names import Names, close_names, in_mm
 from softsim.builder.pipe_path import overlap, pipe_networks
-from softsim.builder.polylines import polyline_walls
 from softsim.builder.profiles import displacement
-from softsim.builder.terrain import terrains
-from softsim.contact.cylinder import Cylinder
-from softsim.contact.fit import FittedWall
-from softsim.contact.half_spaces import HalfSpaces
+from softsim.contact import terrain, triangle_surface
+from softsim.contact.grid import DistanceGrid, SpacingError
 from softsim.contact.pipe_network import PipeNetwork
-from softsim.contact.round_pipes import RoundPipes
-from softsim.contact.sphere import Sphere
-from softsim.contact.wall import Wall
+from softsim.contact.polyline import Polyline, PolylineWall, checked_polyline
+from softsim.contact.simple_walls import Cylinder, HalfSpaces, RoundPipes, Sphere
+from softsim.contact.wall import FittedWall, Wall
 from softsim.elements.axisymmetric import Axisymmetric
-from softsim.errors import SceneError
-from softsim.loads.wall_motion import MovingWall
+from softsim.errors import MeshError, SceneError
+from softsim.loads.prescribed import MovingWall
+from softsim.mesh.mesh import SURFACE
+from softsim.mesh.reading import read_points
+from softsim.mesh.surface import nodal_extents, read_surface, weights_in_line
+from softsim.model import Body, ContactData, CornerData
 from softsim.scene.conditions import WallMotion
-from softsim.scene.gridded_walls import SurfaceWall
-from softsim.scene.polylines import PolylineWall
-from softsim.scene.surroundings import (
+from softsim.scene.quantities import Point
+from softsim.scene.text import Keys
+from softsim.scene.walls import (
     CylinderWall,
     PipePathWall,
     PipeWall,
     PlaneWall,
+    PrintedTerrain,
+    RampWall,
+    SemicircleWall,
     SphereWall,
+    StepFieldWall,
+    SurfaceWall,
+    Terrain,
 )
-from softsim.scene.terrain import RampWall, SemicircleWall, StepFieldWall
+from softsim.scene.walls import PolylineWall as PolylineSpec
+
+# -------------------------------------------------------------------------------------------------
+# Walls represented by a grid of distances: STL surfaces in space.
+
+
+def surface_walls(names: Names) -> list[DistanceGrid]:
+    """Return the surface walls of a scene."""
+    walls = names.scene.environment.walls.items()
+    return [surface_wall(names, n, w) for n, w in walls if isinstance(w, SurfaceWall)]
+
+
+def surface_wall(names: Names, name: str, wall: SurfaceWall) -> DistanceGrid:
+    """Return a closed surface in space, with normals that point to the free side."""
+    keys = ("environment", "walls", name)
+    if names.dimension != 3:
+        raise names.loaded.error(
+            (*keys, "kind"),
+            "a surface file describes a wall in 3D, but this model is 2D",
+            "give the section of the wall as points: kind: polyline",
+        )
+    try:
+        mesh = read_surface(names.loaded.resolve_file((*keys, "file")), wall.length_unit)
+        outwards = mesh.triangles
+        triangles = {"outside": outwards, "inside": outwards[:, ::-1]}[wall.free_side]
+        points = mesh.points + names.vector(wall.position, (*keys, "position"))
+        surface = triangle_surface.TriangleSurface(points, triangles)
+        return triangle_surface.gridded(name, surface, grid_spacing(names, wall))
+    except SpacingError as error:
+        raise names.loaded.error((*keys, "spacing"), error.message, error.hint) from None
+    except MeshError as error:
+        raise names.loaded.error((*keys, "file"), error.message, error.hint) from None
+
+
+def grid_spacing(names: Names, wall: SurfaceWall) -> float:
+    """Return the grid spacing [m]: the user's, or the median edge of the surfaces of all bodies.
+
+    Nodes at that distance do not resolve anything finer.
+    """
+    if isinstance(wall.spacing, float):
+        return wall.spacing
+    return names.median_side
+
+
+# -------------------------------------------------------------------------------------------------
+# Walls along polylines, in a section or the same at every z.
+
+DRAWN_BESIDE = 0.25
+"""Width of a drawn wall in space beyond each side of the bodies, relative to their width."""
+
+
+def polyline_walls(names: Names) -> list[PolylineWall]:
+    """Return the polyline walls of a scene."""
+    walls = names.scene.environment.walls.items()
+    return [polyline_wall(names, n, w) for n, w in walls if isinstance(w, PolylineSpec)]
+
+
+def polyline_wall(names: Names, name: str, wall: PolylineSpec) -> PolylineWall:
+    """Return one polyline wall, with its points from the scene or from a file."""
+    keys = ("environment", "walls", name)
+    source = "points" if wall.file is None else "file"
+    try:
+        if wall.points is not None:
+            places = [in_plane(names, p, (*keys, source, k)) for k, p in enumerate(wall.points)]
+            points = np.array(places).reshape(-1, 2)
+        else:
+            points = read_points(names.loaded.resolve_file((*keys, source)), wall.length_unit)
+        return placed_wall(names, name, checked_polyline(points, wall.closed))
+    except MeshError as error:
+        raise names.loaded.error((*keys, source), error.message, error.hint) from None
+
+
+def placed_wall(names: Names, name: str, line: Polyline) -> PolylineWall:
+    """Return the wall `name` along a polyline; in space it is drawn wider than the bodies."""
+    if names.dimension == 2:
+        return PolylineWall(name, line, None)
+    z = np.concatenate([body.mesh.points[:, 2] for body in names.bodies.values()])
+    beside = DRAWN_BESIDE * float(np.ptp(z))
+    return PolylineWall(name, line, (float(z.min()) - beside, float(z.max()) + beside))
+
+
+def in_plane(names: Names, point: Point, keys: Keys) -> np.ndarray:
+    """Return a point (2,) [m] of a polyline."""
+    place = names.vector(point, keys)
+    if place[2:].any():
+        raise names.loaded.error(
+            keys,
+            "the wall is the same at every z, so its points have no z coordinate",
+            "leave the third coordinate out",
+        )
+    return place[:2]
+
+
+# -------------------------------------------------------------------------------------------------
+# Terrain of a scene: shapes on level ground, as walls along polylines.
+
+GROUND = 0.2
+"""Length of the drawn ground before and behind a shape [m]; the ground continues beyond."""
+
+
+def terrains(names: Names) -> list[PolylineWall]:
+    """Return the terrains of a scene."""
+    walls = names.scene.environment.walls.items()
+    return [built_terrain(names, name, w) for name, w in walls if isinstance(w, Terrain)]
+
+
+def built_terrain(names: Names, name: str, wall: Terrain) -> PolylineWall:
+    """Return a shape on its ground."""
+    keys = ("environment", "walls", name)
+    shape = SHAPES[type(wall)](names, wall, keys)
+    if isinstance(wall, PrintedTerrain) and wall.layers is not None:
+        shape = terrain.layered(shape, wall.layers)
+    ground = terrain.on_ground(shape, in_plane(names, wall.foot, (*keys, "foot")), GROUND)
+    return placed_wall(names, name, checked_polyline(ground, False))
+
+
+def ramp(names: Names, wall: RampWall, keys: Keys) -> np.ndarray:
+    """Return the points of a ramp."""
+    if wall.plateau < wall.height:
+        raise names.loaded.error(
+            (*keys, "plateau"),
+            f"plateau: {1e3 * wall.plateau:g} mm is less than the height of the ramp, "
+            f"{1e3 * wall.height:g} mm",
+            "the body must fit on the plateau: make it at least as long as the robot",
+        )
+    return terrain.ramp(wall.slope, wall.height, wall.plateau)
+
+
+def semicircle(names: Names, wall: SemicircleWall, keys: Keys) -> np.ndarray:
+    """Return the points of the upper half of a cylinder."""
+    return terrain.half_round(wall.radius)
+
+
+def step_field(names: Names, wall: StepFieldWall, keys: Keys) -> np.ndarray:
+    """Return the points of a field of steps."""
+    try:
+        heights = terrain.step_heights(
+            wall.rugosity, 1e3 * wall.mean_height, wall.blocks, wall.seed
+        )
+    except MeshError as error:
+        raise names.loaded.error((*keys, "rugosity"), error.message, error.hint) from None
+    return terrain.steps(1e-3 * heights, wall.block_length)
+
+
+SHAPES: dict[type[Terrain], Callable[..., np.ndarray]] = {
+    RampWall: ramp, SemicircleWall: semicircle, StepFieldWall: step_field,
+}  # fmt: skip
+
 
 ON_AXIS = (Sphere, Cylinder)
 FITS = "for an interference fit write contact.interference_fit: [{}] and a time.settle"
@@ -293,9 +447,59 @@ OVERLAPS: dict[type, Callable[[Names, str, Any, np.ndarray], SceneError]] = {
     CylinderWall: partial(plain_overlap, "center"),
     PipeWall: pipe_overlap,
     PipePathWall: overlap,
-    PolylineWall: partial(plain_overlap, "kind"),
+    PolylineSpec: partial(plain_overlap, "kind"),
     SurfaceWall: partial(plain_overlap, "kind"),
     RampWall: partial(plain_overlap, "foot"),
     SemicircleWall: partial(plain_overlap, "foot"),
     StepFieldWall: partial(plain_overlap, "foot"),
 }
+
+
+# -------------------------------------------------------------------------------------------------
+# Contact data of convex wall corners against the facets of bodies, in the plane.
+
+LEAST_SHARE = 0.125
+"""Least stiffness of a corner relative to that of a node, however many corners there are."""
+
+
+def corner_data(
+    bodies: Sequence[Body], points: np.ndarray, walls: Sequence[Wall], contact: ContactData
+) -> CornerData | None:
+    """Return the contact data of the corners of the walls, or None if they have none.
+
+    A corner has the stiffness and damping of the softest and the lightest of the facets' nodes (of
+    those at (n, d) [m]), since one or two of them bear it. The values are lower where corners are
+    so close that several press between the same two nodes: together they are as stiff as one, down
+    to LEAST_SHARE.
+    """
+    nearest = [distance_between(wall.corners()) for wall in walls if len(wall.corners())]
+    if not nearest:
+        return None
+    facets = np.concatenate([body.facet_sets[SURFACE] for body in bodies])
+    size = np.linalg.norm(points[facets[:, 0]] - points[facets[:, 1]], axis=1)
+    widest = float(nodal_extents(points, facets).max())
+    together = float(weights_in_line(np.array(widest / min(nearest))))
+    share = max(1.0 / together, LEAST_SHARE)
+    bears = np.isin(contact.nodes, facets)
+
+    def least(constants: np.ndarray) -> float:
+        """Return the smallest constant of those nodes of the facets that may touch walls."""
+        return float(constants[bears].min())
+
+    return CornerData(
+        facets=facets,
+        facet_size=size,
+        penalty_stiffness=share * least(contact.penalty_stiffness),
+        tangential_stiffness=share * least(contact.tangential_stiffness),
+        damping=np.sqrt(share) * least(contact.damping),
+        tangential_damping=np.sqrt(share) * least(contact.tangential_damping),
+        together=together,
+    )
+
+
+def distance_between(corners: np.ndarray) -> float:
+    """Return the least distance [m] between two of the corners (c, 2); infinite for one."""
+    if len(corners) < 2:
+        return np.inf
+    distance, _ = cKDTree(corners).query(corners, 2)
+    return float(distance[:, 1].min())

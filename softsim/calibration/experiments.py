@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from softsim.calibration.specimen import Specimen
-from softsim.calibration.stiffness import Move
+from softsim.calibration.specimen import Move, Specimen
 from softsim.scene.loading import LoadedScene, overridden
 from softsim.scene.schema import Scene
-from softsim.scene.tree import Tree, plain
+from softsim.scene.text import Tree, plain
 
 HISTORY_ROWS = 300
 FRAMES = 6

@@ -7,7 +7,7 @@ import numpy as np
 
 from softsim.calibration.curves import WallCurve
 from softsim.calibration.mapping import Mapping
-from softsim.calibration.stiffness import Stiffness
+from softsim.calibration.specimen import Stiffness
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg.lapack import dposv
 
-from softsim.chain.lattice import Lattice
-from softsim.chain.vectors import dot, size, upwards
+from softsim.chain.lattice import Lattice, dot, size, upwards
 from softsim.errors import StabilityError
 
 

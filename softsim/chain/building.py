@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from softsim.chain.backbone import BENDINGS, BendingForce, Links, WaveForce
-from softsim.chain.chain import Chain, Force
+from softsim.chain.chain import TURNS, Chain, Force, Motors
 from softsim.chain.ground import (
     DAMPERS,
     Drag,
@@ -18,7 +18,6 @@ from softsim.chain.ground import (
 )
 from softsim.chain.lattice import Lattice, ladder, line
 from softsim.chain.loading import LoadedChain
-from softsim.chain.motor import TURNS, Motors
 from softsim.chain.refusals import refuse_masses, refuse_motors, refuse_rows, refuse_steps
 from softsim.scene.chain import ChainScene
 

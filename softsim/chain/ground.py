@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.chain.lattice import Lattice
-from softsim.chain.vectors import level, size, upwards
+from softsim.chain.lattice import Lattice, level, size, upwards
 
 LEAST_RATIO = 1e-100
 """Least ratio r of a speed to that of full friction: below it tanh(r) / r is 1."""

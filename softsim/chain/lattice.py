@@ -10,7 +10,32 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from softsim.chain.vectors import level, size
+# -------------------------------------------------------------------------------------------------
+# Functions of vectors (..., d) in the plane (x, z) or in space (x, y, z), last component up.
+
+
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the scalar products (...) of vectors."""
+    return (a * b).sum(axis=-1)
+
+
+def size(a: np.ndarray) -> np.ndarray:
+    """Return the lengths (...) of vectors."""
+    return np.sqrt(dot(a, a))
+
+
+def level(a: np.ndarray) -> np.ndarray:
+    """Return the vectors without their upward component (..., d)."""
+    along = a.copy()
+    along[..., -1] = 0.0
+    return along
+
+
+def upwards(sizes: np.ndarray, like: np.ndarray) -> np.ndarray:
+    """Return upward vectors of these sizes (...), with as many components as `like`."""
+    vectors = np.zeros(like.shape)
+    vectors[..., -1] = sizes
+    return vectors
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,11 +5,9 @@ from pathlib import Path
 
 from softsim.errors import Option, SceneError
 from softsim.scene.chain import ChainScene
-from softsim.scene.loading import Loaded, overridden, read_scene, validated_as
+from softsim.scene.loading import LIBRARY, Loaded, overridden, read_scene, validated_as
 from softsim.scene.reporting import did_you_mean
-from softsim.scene.robots import LIBRARY
-from softsim.scene.tree import Keys, Tree, replaced
-from softsim.scene.yaml_reading import is_file
+from softsim.scene.text import Keys, Tree, is_file, replaced
 
 CHAINS = LIBRARY / "chain"
 

@@ -1,17 +1,89 @@
 """Motion of a chain: its positions and velocities over time, energies, work and measures."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
+from scipy.integrate import cumulative_trapezoid, solve_ivp
 
+from softsim.analysis.travel import curvature, running_mean
 from softsim.chain.chain import Chain
 from softsim.chain.ground import touching
-from softsim.chain.integrators import INTEGRATORS
-from softsim.chain.vectors import dot, size
+from softsim.chain.lattice import dot, size
+from softsim.errors import StabilityError
 from softsim.scene.chain import Time
+
+# -------------------------------------------------------------------------------------------------
+# Time integration of y' = rates(t, y).
+
+Rates = Callable[[float, np.ndarray], np.ndarray]
+
+REAL_STABILITY = 2.78
+"""Largest increment times decay rate for which the classical Runge-Kutta method is stable (Hairer,
+Wanner, *Solving Ordinary Differential Equations II*, IV.2)."""
+
+RELATIVE, ABSOLUTE = 1e-6, 1e-9
+"""Relative [-] and absolute [m, m/s] error of an adaptive step."""
+
+
+def fixed_steps(rates: Rates, times: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Return the states (steps + 1, ...) at evenly spaced times by the Runge-Kutta method RK4.
+
+    The order is 4 between changes of contact, and 1 across them, where forces jump.
+
+    Raises
+    ------
+    StabilityError
+        The states become infinite.
+    """
+    states = np.empty((len(times), *start.shape), start.dtype)
+    states[0] = y = start
+    h = times[1] - times[0]
+    with np.errstate(over="ignore", invalid="ignore"):  # told below
+        for step, t in enumerate(times[:-1].tolist(), 1):
+            k1 = rates(t, y)
+            k2 = rates(t + 0.5 * h, y + 0.5 * h * k1)
+            k3 = rates(t + 0.5 * h, y + 0.5 * h * k2)
+            k4 = rates(t + h, y + h * k3)
+            states[step] = y = y + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+    if not np.isfinite(states[-1]).all():
+        lost = times[np.flatnonzero(~np.isfinite(states).reshape(len(times), -1).all(axis=1))[0]]
+        raise StabilityError(
+            f"the motion of the chain became infinite at {lost:.4g} s",
+            "reduce time.increment, or reduce the motor force",
+        )
+    return states
+
+
+def adaptive_steps(rates: Rates, times: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Return the states (rows, ...) at some times by the Dormand-Prince pair of order 5 and 4.
+
+    This is the method of MATLAB's ode45, which the thesis uses.
+
+    Raises
+    ------
+    StabilityError
+        The step becomes too small.
+    """
+
+    def flat(t: float, y: np.ndarray) -> np.ndarray:
+        return rates(t, y.reshape(start.shape)).ravel()
+
+    found = solve_ivp(
+        flat, (times[0], times[-1]), start.ravel(), method="RK45", t_eval=times,
+        rtol=RELATIVE, atol=ABSOLUTE, max_step=10.0 * (times[1] - times[0]),
+    )  # fmt: skip
+    if not found.success:
+        raise StabilityError(
+            f"the integration of the chain stopped at {found.t[-1]:.4g} s: {found.message}"
+        )
+    return found.y.T.reshape(len(times), *start.shape)
+
+
+INTEGRATORS = {"fixed": fixed_steps, "adaptive": adaptive_steps}
+
 
 UNSETTLED = 0.1
 """Deviation of the mean speed over a turn, over the speed, up to which a chain is settled."""
@@ -160,3 +232,33 @@ def measures(motion: Motion) -> dict[str, Any]:
         "energy_error": motion.energy_error,
         "length_error": float(np.abs(chain.links.errors(motion.p)).max()),
     }
+
+
+# -------------------------------------------------------------------------------------------------
+# Path of a chain over the ground: its curvature and turning rate.
+
+
+def track_measures(motion: Motion) -> dict[str, Any]:
+    """Return the measures of a path for the summary, in SI units; NaN if the run is too short."""
+    turn = motion.chain.motors.longest_turn
+    forward, sideways = motion.centre[-1, :2] - motion.centre[0, :2]
+    told = {"forward_displacement": float(forward), "sideways_displacement": float(sideways)}
+    if motion.times[-1] < 2.0 * LEAST_TURNS * turn:
+        return {"curvature": np.nan, "turning_rate": np.nan, **told}
+    t, heading = motion.times[motion.late], yaw(motion)[motion.late]
+    return {
+        "curvature": curvature(smoothed(motion, turn)),
+        "turning_rate": float((heading[-1] - heading[0]) / (t[-1] - t[0])),
+        **told,
+    }
+
+
+def yaw(motion: Motion) -> np.ndarray:
+    """Return the angle of the heading from x, positive to the left (rows,) [rad]."""
+    return np.unwrap(np.arctan2(motion.heading[:, 1], motion.heading[:, 0]))
+
+
+def smoothed(motion: Motion, turn: float) -> np.ndarray:
+    """Return the running mean over a turn of the centre in the second half (rows, 2) [m]."""
+    rows = max(round(turn / motion.times[1]), 1)
+    return running_mean(motion.centre[motion.late, :2], rows)

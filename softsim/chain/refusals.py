@@ -2,8 +2,8 @@
 
 import math
 
-from softsim.chain.integrators import REAL_STABILITY
 from softsim.chain.loading import LoadedChain
+from softsim.chain.motion import REAL_STABILITY
 from softsim.scene.chain import ChainScene
 from softsim.units import format_quantity
 

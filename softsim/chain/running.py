@@ -9,10 +9,8 @@ import numpy as np
 
 from softsim.chain.building import build_chain
 from softsim.chain.loading import LoadedChain
-from softsim.chain.motion import Motion, measures, simulate
-from softsim.chain.track import track_measures, yaw
-from softsim.output.claim import claimed
-from softsim.output.folder import HISTORY, SCENE, SUMMARY, RunFolder
+from softsim.chain.motion import Motion, measures, simulate, track_measures, yaw
+from softsim.output.folder import HISTORY, SCENE, SUMMARY, RunFolder, claimed
 from softsim.output.history import History
 
 MODEL = "chain"

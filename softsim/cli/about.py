@@ -10,8 +10,7 @@ from rich.table import Table
 
 from softsim import __version__
 from softsim.cli.options import explained
-from softsim.errors import DeviceError
-from softsim.machine import (
+from softsim.compute.machine import (
     CORNERS_FOR_GPU,
     CORNERS_FOR_THREADS,
     Memory,
@@ -20,6 +19,7 @@ from softsim.machine import (
     graphics_card,
     processor,
 )
+from softsim.errors import DeviceError
 
 
 class FileKind(str, Enum):

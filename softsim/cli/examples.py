@@ -12,7 +12,7 @@ from softsim.cli.options import explained
 from softsim.errors import OutputError, SceneError
 
 if TYPE_CHECKING:
-    from softsim.scene.tree import Tree
+    from softsim.scene.text import Tree
 
 
 def examples(
@@ -57,8 +57,7 @@ def example_title(path: Path) -> str:
 
     Raises SceneError if the file has none.
     """
-    from softsim.scene.tree import entries
-    from softsim.scene.yaml_reading import read_file
+    from softsim.scene.text import entries, read_file
 
     tree = read_file(path)
     title = entries(tree).get("title")
@@ -82,8 +81,7 @@ def find_example(root: Path, name: str) -> Path:
 
 def command_for(example: Path, target: Path) -> str:
     """Return the command that runs an example whose file is at `target`."""
-    from softsim.scene.tree import entries
-    from softsim.scene.yaml_reading import read_file
+    from softsim.scene.text import entries, read_file
 
     if example.parent.name == "layouts":
         return f"softsim assess {target} --robot pfr"
@@ -128,7 +126,7 @@ def needed_files(example: Path) -> list[Path]:
 
     For a mesh, the script that generates it is included.
     """
-    from softsim.scene.yaml_reading import is_file, read_file
+    from softsim.scene.text import is_file, read_file
 
     found = [example]
     for path in found:  # which grows as files are found

@@ -18,8 +18,7 @@ from softsim.calibration.curves import WallCurve, wall_curve
 from softsim.calibration.experiments import inflation, push
 from softsim.calibration.mapping import FORCE_SHARE, Mapping, matched
 from softsim.calibration.result import Calibration, Stiffnesses
-from softsim.calibration.specimen import Specimen
-from softsim.calibration.stiffness import stiffness
+from softsim.calibration.specimen import Specimen, stiffness
 from softsim.cli.options import unheaded
 from softsim.errors import CalibrationError, StabilityError
 from softsim.output.folder import HISTORY, RunFolder
@@ -30,8 +29,7 @@ from softsim.report.calibration import (
     sample_rows,
     scene_lines,
 )
-from softsim.report.figures import draw_all
-from softsim.report.readable import duration
+from softsim.report.figures import draw_all, duration
 from softsim.run import run
 from softsim.scene.loading import LoadedScene
 

@@ -10,7 +10,7 @@ from softsim.cli.options import Overrides, explained, unheaded
 from softsim.errors import MaterialError
 
 if TYPE_CHECKING:
-    from softsim.report.spectra import DrawnSpectrum
+    from softsim.report.curves import DrawnSpectrum
     from softsim.scene.materials import Material
 
 
@@ -70,7 +70,7 @@ def spectrum(
     fit is printed.
     """
     with explained() as console:
-        from softsim.report.spectra import draw_spectra, spectra_rows
+        from softsim.report.curves import draw_spectra, spectra_rows
 
         found = named_spectra(materials, overrides or [])
         figure = out or Path(f"{Path(materials[0]).stem}_spectrum.png")
@@ -91,9 +91,9 @@ def named_spectra(names: Sequence[str], overrides: Sequence[str]) -> "list[Drawn
     MaterialError: an unknown name, a spectrum that the branches do not fit, or nothing to draw.
     SceneError: an invalid scene.
     """
-    from softsim.builder.viscoelasticity import viscoelasticity
+    from softsim.builder.materials import viscoelasticity
     from softsim.materials.laws import LAWS
-    from softsim.report.spectra import DrawnSpectrum
+    from softsim.report.curves import DrawnSpectrum
 
     found: list[DrawnSpectrum] = []
     for name in names:
@@ -120,7 +120,7 @@ def _meant(name: str, overrides: Sequence[str]) -> "dict[str, Material]":
     from softsim.builder.materials import materials_of
     from softsim.builder.names import close_names
     from softsim.scene.loading import load_scene
-    from softsim.scene.yaml_reading import is_file
+    from softsim.scene.text import is_file
 
     material = library_material(name)
     if material is not None:

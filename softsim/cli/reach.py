@@ -52,10 +52,9 @@ def reach(
 
         loaded = load_layout(layout, robot, overrides or [], REACH)
         # Taichi is imported from here on: an error before is told at once.
-        from softsim.machine import device_of_trials
+        from softsim.compute.machine import device_of_trials
         from softsim.reach.plan import plan_for
-        from softsim.reach.running import searches, seek
-        from softsim.reach.writing import write_answer
+        from softsim.reach.running import searches, seek, write_answer
         from softsim.report.reach import draw_reach
         from softsim.sweep.engine import pool_for
 
@@ -92,8 +91,8 @@ def _tell_cost(plan: "Plan", asked: "list[Search]", device: str, console: Consol
     The time is an upper bound: a trial ends with its last pressure cycle, usually before its
     time.
     """
-    from softsim.machine import choose
-    from softsim.report.readable import duration
+    from softsim.compute.machine import choose
+    from softsim.report.figures import duration
     from softsim.run.pilot import predicted_duration
     from softsim.run.scenes import ready_model
 

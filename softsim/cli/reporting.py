@@ -20,7 +20,7 @@ def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a stu
     Folders of `chain` and `reach` have a figure and no page.
     """
     with explained() as console, drawing_can_stop(folder):
-        from softsim.output.study_folder import is_study
+        from softsim.output.folder import is_study
         from softsim.report.reach import ANSWER, draw_reach
 
         if is_study(folder):
@@ -60,8 +60,7 @@ def render(
     """
     with explained() as console:
         from softsim.output.folder import read_summary
-        from softsim.report.film import WRITERS, draw_film
-        from softsim.report.recorded import recorded
+        from softsim.report.figures import WRITERS, draw_film, recorded
 
         path = out or folder / "film.gif"
         if path.suffix not in WRITERS:
@@ -120,8 +119,8 @@ def report_runs(folder: Path, console: Console) -> None:
 
 def report_steps(folder: Path, console: Console) -> None:
     """Draw the figure and the page of all steps, if the folder has steps."""
-    from softsim.report.page.steps import write_steps_page
-    from softsim.report.steps import draw_steps
+    from softsim.report.figures import draw_steps
+    from softsim.report.page.run import write_steps_page
 
     if is_of_steps(folder):
         if figure := draw_steps(folder):
@@ -202,8 +201,8 @@ def report_run(folder: Path, console: Console) -> None:
 
 def report_study(folder: Path, console: Console) -> None:
     """Draw all figures and the page of a study's folder."""
-    from softsim.report.study.figures import draw_study
     from softsim.report.study.page import write_study_page
+    from softsim.report.study.plots import draw_study
 
     with drawing_can_stop(folder):
         for figure in draw_study(folder):

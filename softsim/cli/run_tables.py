@@ -12,17 +12,17 @@ from rich.markup import escape
 from rich.table import Table
 
 from softsim.cli.options import unheaded
-from softsim.machine import Choice
+from softsim.compute.machine import Choice
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.model import Body, Model
 from softsim.output.acting import acting, not_read
-from softsim.report.readable import bookkeeping, degrees, duration, findings
+from softsim.report.figures import bookkeeping, degrees, duration, findings
 from softsim.report.table import segments
 from softsim.run.pilot import Duration
 from softsim.scene.loading import LoadedScene
 from softsim.solver.natural_modes import NaturalMode, NaturalModes
-from softsim.stability.time_step import StableStepEstimator, estimator, first_time_increment
+from softsim.solver.stable_step import StableStepEstimator, estimator, first_time_increment
 
 
 def summary_table(summary: Mapping[str, Any], units: Mapping[str, str]) -> Table:

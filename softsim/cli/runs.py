@@ -144,7 +144,7 @@ def check(
             "is the folder of the figure of --modes, which is not given", param_hint="--out"
         )
     with explained() as console:
-        from softsim.machine import choose
+        from softsim.compute.machine import choose
         from softsim.scene.loading import load_scene
         from softsim.scene.steps import load_steps
 
@@ -208,12 +208,12 @@ def _finding(warnings: int, stopped: str) -> str:
 
 def _tell_modes(model: "Model", count: int, device: str, folder: Path, console: Console) -> None:
     """Print the natural modes of each body and draw their shapes into a folder."""
-    from softsim import backend
     from softsim.cli.run_tables import modes_remarks, modes_table
+    from softsim.compute import backend
     from softsim.output.folder import RunFolder
     from softsim.report.mode_shapes import draw_modes
-    from softsim.solver.joined_bodies import joined_bodies
     from softsim.solver.natural_modes import movable_bodies, natural_modes
+    from softsim.solver.rest_stiffness import joined_bodies
 
     bodies = movable_bodies(model)
     figure = RunFolder(folder).path / "modes.png"
@@ -321,14 +321,14 @@ def _assess_repeatedly(
     ------
     ExpectationError: not all runs passed, as the scene expects.
     """
+    from softsim.analysis.passage import assumptions
     from softsim.builder import build_model
     from softsim.cli.options import unheaded
     from softsim.cli.reporting import report_study
     from softsim.cli.study_tables import print_results
-    from softsim.output.verdict import assumptions
-    from softsim.report.study.curve import pass_rate_in_words
     from softsim.report.study.findings import VERDICT, Findings
-    from softsim.study.description import describe
+    from softsim.report.study.plots import pass_rate_in_words
+    from softsim.study.loading import describe
     from softsim.sweep.engine import pool_for  # imports dask
     from softsim.sweep.study import sweep
 

@@ -82,7 +82,7 @@ def optimize(
         loaded = load_study(study, overrides or [])
         folder = out or Path("runs") / f"{study.stem}_optimum"
         from softsim.cli.study_tables import print_best, print_results
-        from softsim.machine import device_of_trials
+        from softsim.compute.machine import device_of_trials
         from softsim.sweep.engine import pool_for  # imports dask
         from softsim.sweep.study import optimize as run_trials
 

@@ -11,9 +11,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from softsim.cli.options import unheaded
+from softsim.compute.machine import chosen_device
 from softsim.errors import ClusterError, OutputError, SoftsimError
-from softsim.machine import chosen_device
-from softsim.output.study_folder import TABLE_TEXT
+from softsim.output.folder import TABLE_TEXT
 from softsim.report.study.boundary import boundaries_in_words
 from softsim.report.study.findings import Findings, best_in_words
 from softsim.study.cases import (
@@ -23,11 +23,9 @@ from softsim.study.cases import (
     PRUNED,
     Case,
 )
-from softsim.study.description import describe
-from softsim.study.loading import LoadedStudy
-from softsim.sweep.checks import refusals
-from softsim.sweep.cost import cost_line, estimated_cost, stored_cost
-from softsim.sweep.ledger import NOTHING_LEFT, StudyTable, told_size
+from softsim.study.loading import LoadedStudy, describe
+from softsim.sweep.job import NOTHING_LEFT, StudyTable, told_size
+from softsim.sweep.study import cost_line, estimated_cost, refusals, stored_cost
 
 MANY = 10_000
 """Number of cases above which the user must confirm the size of the study."""

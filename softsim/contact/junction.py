@@ -30,9 +30,9 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from softsim import backend
-from softsim.contact.pipe_segment import FACE
-from softsim.fields import index_field, padded, real_field, vector_field
+from softsim.compute import backend
+from softsim.compute.fields import index_field, padded, real_field, vector_field
+from softsim.contact.pipe_path import FACE
 
 RIGHT_ANGLE = 0.5 * np.pi
 

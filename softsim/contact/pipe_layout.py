@@ -7,8 +7,7 @@ import numpy as np
 
 from softsim.contact.junction import RIGHT_ANGLE, Junction
 from softsim.contact.pipe_network import Branch, PipeNetwork
-from softsim.contact.pipe_path import PipePath
-from softsim.contact.pipe_segment import BEND, STRAIGHT, TAPER, Segment
+from softsim.contact.pipe_path import BEND, STRAIGHT, TAPER, PipePath, Segment
 
 
 @dataclass(frozen=True)

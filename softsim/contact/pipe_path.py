@@ -13,11 +13,86 @@ across a joint matters only where it is a cone, a step or an end of the pipe.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
 
 import numpy as np
 
-from softsim.contact.pipe_segment import BEND, FACE, TAPER, Segment
+# -------------------------------------------------------------------------------------------------
+# Segment of a pipe along a path: its centre line and its radius.
+
+STRAIGHT, BEND, TAPER = "straight", "bend", "taper"
+
+# How far the flat face reaches in which an open end lies [m]: it has no rim.
+FACE = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """Segment of a path.
+
+    kind: straight, bend or taper. item: its number in the list that it is from. start: arc length
+    at its start [m]; length [m]. point (d,) [m], tangent and side (d,): start, direction there, and
+    direction towards which it bends (unit vector normal to the tangent; any such vector if
+    straight). bend_radius: of the centre line, infinite unless a bend. radii: of the pipe at both
+    ends [m], different only for a taper.
+    """
+
+    kind: str
+    item: int
+    start: float
+    length: float
+    point: np.ndarray
+    tangent: np.ndarray
+    side: np.ndarray
+    bend_radius: float
+    radii: tuple[float, float]
+
+    @property
+    def end(self) -> float:
+        """Arc length at its end [m]."""
+        return self.start + self.length
+
+    @property
+    def centre(self) -> np.ndarray:
+        """Centre (d,) of a bend [m]."""
+        return self.point + self.bend_radius * self.side
+
+    def axis_place(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return points (n, d) [m] and tangents (n, d), s (n,) [m] after `start`.
+
+        Beyond its ends it continues straight.
+        """
+        if self.kind != BEND:
+            return self.point + np.outer(s, self.tangent), np.tile(self.tangent, (len(s), 1))
+        within = np.clip(s, 0.0, self.length)
+        angle = within / self.bend_radius
+        cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
+        place = self.centre + self.bend_radius * (sin * self.tangent - cos * self.side)
+        tangent = cos * self.tangent + sin * self.side
+        return place + (s - within)[:, None] * tangent, tangent
+
+    def along(self, x: np.ndarray) -> np.ndarray:
+        """Return the arc length (n,) [m] after `start` of the nearest point of the centre line.
+
+        The line or circle of the segment is extended; on a circle the result is between half a turn
+        before and after the middle of the segment.
+        """
+        if self.kind != BEND:
+            return (x - self.point) @ self.tangent
+        arm = x - self.centre
+        middle = 0.5 * self.length / self.bend_radius
+        angle = np.arctan2(arm @ self.tangent, -(arm @ self.side)) - middle
+        return self.bend_radius * (np.mod(angle + np.pi, 2.0 * np.pi) - np.pi + middle)
+
+    def radius(self, s: np.ndarray) -> np.ndarray:
+        """Return the radius of the pipe (n,) [m], s (n,) [m] after `start`."""
+        return self.radii[0] + self.slope * s
+
+    @property
+    def slope(self) -> float:
+        """Change of the radius with the arc length [-]."""
+        return (self.radii[1] - self.radii[0]) / self.length
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,3 +330,69 @@ class PipePath:
         """Return the segment at the arc length s [m]; the first and last extend beyond the ends."""
         starts = [segment.start for segment in self.segments]
         return self.segments[max(0, int(np.searchsorted(starts, s, side="right")) - 1)]
+
+
+# -------------------------------------------------------------------------------------------------
+# Features of a pipe's path: joints, steps and narrow places. Geometry in numpy.
+
+
+class Edge(Enum):
+    """Position of a feature relative to the list item that it belongs to."""
+
+    BEGINNING = "beginning of"
+    END = "end of"
+    STEP = ""
+
+
+@dataclass(frozen=True)
+class Feature:
+    """Position `place` [m] along a path where the pipe changes.
+
+    item: the item of the user's list that begins or ends there, or that is a step there.
+    """
+
+    place: float
+    item: int
+    edge: Edge
+
+
+def features(path: PipePath) -> list[Feature]:
+    """Return the joints at which something changes, and steps; the path's ends are not included."""
+    found = []
+    for before, after in zip(path.segments[:-1], path.segments[1:], strict=True):
+        if before.radii[1] != after.radii[0]:
+            # The step stands between them in the list; the last one decides, should there be two.
+            found.append(Feature(after.start, after.item - 1, Edge.STEP))
+        elif after.kind != STRAIGHT and not _goes_on(before, after):
+            found.append(Feature(after.start, after.item, Edge.BEGINNING))
+        elif before.kind != after.kind:
+            found.append(Feature(after.start, before.item, Edge.END))
+    return found
+
+
+def _goes_on(before: Segment, after: Segment) -> bool:
+    """Return True if the same bend continues in the next segment."""
+    return (
+        before.kind == after.kind == BEND
+        and before.bend_radius == after.bend_radius
+        and bool(np.allclose(before.centre, after.centre))
+    )
+
+
+def nearest_feature(path: PipePath, place: float) -> Feature | None:
+    """Return the feature nearest to a position [m] along the path, or None if it has none."""
+    return min(features(path), key=lambda f: abs(f.place - place), default=None)
+
+
+def narrowings(path: PipePath) -> np.ndarray:
+    """Return the intervals (k, 2) [m] along the path in which the pipe narrows.
+
+    They are counted from its start to its end: tapers, and steps, which have no length.
+    """
+    found = [(s.start, s.end) for s in path.segments if s.radii[1] < s.radii[0]]
+    found += [
+        (after.start, after.start)
+        for before, after in zip(path.segments[:-1], path.segments[1:], strict=True)
+        if after.radii[0] < before.radii[1]
+    ]
+    return np.array(sorted(found)).reshape(-1, 2)

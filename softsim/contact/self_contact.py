@@ -1,9 +1,9 @@
 """Contact of the surfaces of deformable bodies with each other: points against facets.
 
-The laws are those of the walls (contact/laws.py), between a point of a surface, vertex or centroid
-of a facet, and the closest facet that faces it (contact/deformable_surface.py); one at a time. The
-points of each surface are tested against the facets of the others. The force on a point is
-distributed to the corners of its own facet, by their weights, and its reaction to the corners of
+The laws are those of the walls (contact/forces.py), between a point of a surface, vertex or
+centroid of a facet, and the closest facet that faces it (contact/deformable_surface.py); one at a
+time. The points of each surface are tested against the facets of the others. The force on a point
+is distributed to the corners of its own facet, by their weights, and its reaction to the corners of
 the facet that it touches, so momentum and angular momentum are conserved. The spring of the
 friction is a vector in space that moves with the facet: it grows with the velocity of the point
 relative to the location on the facet, and rotates with the tangent plane.
@@ -15,21 +15,22 @@ The stiffness of a point is determined when it meets a facet and stays constant 
 import numpy as np
 import taichi as ti
 
-from softsim import backend, fields
-from softsim.contact.deformable_surface import DEPTH, EXTENSION, DeformableSurface
-from softsim.contact.dissipation import Dissipation
-from softsim.contact.facet_shapes import (
+from softsim.compute import backend, fields
+from softsim.compute.fields import Number, index_field, real_field, vector_field
+from softsim.compute.nodes import PARTS
+from softsim.compute.term import Pass, Stage
+from softsim.contact.deformable_surface import (
+    DEPTH,
+    EXTENSION,
+    DeformableSurface,
     corner,
     corner_forces,
     foot_weights,
     is_farther,
     velocity_beside,
 )
-from softsim.contact.laws import BEFORE_START, normal_force, shear_force, slip
+from softsim.contact.forces import BEFORE_START, Dissipation, normal_force, shear_force, slip
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
-from softsim.fields import Number, index_field, real_field, vector_field
-from softsim.nodes import PARTS
-from softsim.term import Pass, Stage
 
 TURNING = 0.2
 """Smallest path over facet size by which the nodes of a facet move when it turns to face a point.

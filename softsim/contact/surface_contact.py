@@ -3,15 +3,20 @@
 import numpy as np
 import taichi as ti
 
-from softsim import backend, fields
-from softsim.contact.dissipation import Dissipation
-from softsim.contact.frame import FixedFrame
-from softsim.contact.laws import BEFORE_START, limit_with_memory, normal_force, shear_force, slip
-from softsim.contact.nodal_forces import NodalForces
-from softsim.contact.wall import Obstacle
-from softsim.fields import index_field, real_field, vector_field
-from softsim.nodes import Nodes
-from softsim.term import Pass, Stage
+from softsim.compute import backend, fields
+from softsim.compute.fields import index_field, real_field, vector_field
+from softsim.compute.nodes import Nodes
+from softsim.compute.term import Pass, Stage
+from softsim.contact.forces import (
+    BEFORE_START,
+    Dissipation,
+    NodalForces,
+    limit_with_memory,
+    normal_force,
+    shear_force,
+    slip,
+)
+from softsim.contact.wall import FixedFrame, Obstacle
 
 RESTS = 1e-6
 """Slip in an increment over elastic slip, below which a node at its friction limit is at rest.
@@ -35,7 +40,7 @@ class SurfaceContact(NodalForces, Dissipation):
     slip_length: d of its limit (scenarios,) [m].
     return_times: a node that comes back within this time has chattered (scenarios,) [s].
 
-    Fields, (scenarios, k): those of contact/nodal_forces.py; friction_dissipation and
+    Fields, (scenarios, k): those of contact/forces.py; friction_dissipation and
     damping_dissipation [J].
     """
 

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from softsim.contact.distance_grid import DistanceGrid, tabulated
+from softsim.contact.grid import DistanceGrid, tabulated
 
 # A triangle whose height is below this share of its longest edge has no normal of its own.
 FLAT = 1e-9

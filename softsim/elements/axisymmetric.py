@@ -1,8 +1,8 @@
 """Sections revolved about the y axis; x is the radius, forces are those of whole rings.
 
-The in-plane kinematics is that of elements/triangles.py and quadrilaterals.py. The hoop stretch is
-the mean of r / R over the ring's volume, int r dA / int R dA, so with the weights w_a = int N_a dA
-/ int R dA
+The in-plane kinematics is that of elements/plane_elements.py and quadrilaterals.py. The hoop
+stretch is the mean of r / R over the ring's volume, int r dA / int R dA, so with the weights w_a =
+int N_a dA / int R dA
     F_zz = sum_a w_a r_a,   dF_zz/dr_a = w_a.
 Nodes on the axis stay on it (the builder holds their x).
 """
@@ -12,16 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from softsim import backend
-from softsim.elements.across import Across
-from softsim.elements.facets import Facets
-from softsim.elements.geometry import Geometry, Hoop, edge_lengths, weighted_ends
+from softsim.compute import backend
+from softsim.compute.fields import lane_data, lane_field
+from softsim.compute.nodes import Nodes
+from softsim.elements.geometry import Facets, Geometry, Hoop, Region, edge_lengths, weighted_ends
 from softsim.elements.one_point import OnePointElements, padded
+from softsim.elements.plane_elements import Across, section_elements
 from softsim.elements.quadrature import quadrature
-from softsim.elements.region import Region
-from softsim.elements.sections import section_elements
-from softsim.fields import lane_data, lane_field
-from softsim.nodes import Nodes
 
 
 class RevolvedHoop(Hoop):

@@ -5,19 +5,21 @@ its own file with its Geometry and the Taichi classes that this creates in `elem
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from softsim.compute.fields import index_field
+from softsim.compute.nodes import Nodes
 from softsim.elements.quadrature import quadrature
-from softsim.mesh.batches import batches
+from softsim.materials.material import Material
+from softsim.mesh.mesh import batches, signed_volumes
 
-if TYPE_CHECKING:  # Taichi is for those who compute forces
-    from softsim.elements.facets import Facets
-    from softsim.elements.region import Region
-    from softsim.nodes import Nodes
-    from softsim.term import Term
+if TYPE_CHECKING:
+    from softsim.compute.term import Term
 
 
 class Hoop(ABC):
@@ -159,3 +161,242 @@ def weighted_ends(ends: np.ndarray) -> np.ndarray:
 def nodal_sums(cells: np.ndarray, per_corner: np.ndarray, node_count: int) -> np.ndarray:
     """Return the sum (n,) over the elements at each node of their nodal values (m, corners)."""
     return np.bincount(cells.ravel(), np.broadcast_to(per_corner, cells.shape).ravel(), node_count)
+
+
+# -------------------------------------------------------------------------------------------------
+# Facets under pressure: the nodal forces of a unit pressure, and the volume they bound.
+#
+# Each formulation has one class, in its file. The force is the gradient of the volume, so a load
+# built on it follows the deformation, does not depend on the time step, and on a closed surface has
+# no resultant. Facets have the material to their left (an edge) or behind them (a triangle): the
+# chamber is on the other side.
+
+
+class Facets:
+    """Kernel class of facets, with the nodes (k, corners) that a pressure on them acts on."""
+
+    def __init__(self, nodes: Nodes, facets: np.ndarray) -> None:
+        self.nodes, self.corner_nodes = nodes, facets
+        self.count, self.corners = facets.shape
+        self.node = index_field(facets)
+
+    # `unit_forces(s, i)`: forces (corner, component) of a pressure of 1 Pa on facet i [m^2];
+    # `volume(s, i)`: what facet i adds to the volume of its chamber [m^3].
+    unit_forces: Any
+    volume: Any
+
+
+# -------------------------------------------------------------------------------------------------
+# Regions of a body: elements of one material and one geometry.
+
+
+@dataclass(frozen=True)
+class Region:
+    """Cell set of a body, or the cells in no set with its own region: then cell_set is None.
+
+    Regions share nodes, so displacements are continuous. Each has pressures of its own, see
+    elements/one_point.py: at an interface a node has one for each region, as a stiffer
+    material may hold another one than what it is bonded to.
+
+    body: name. first_node: of the body's nodes in the model. points (n, d) [m]: of the whole body.
+    cells (m, corners): numbered within the body. numbers (m,): which of the body's cells they are.
+    """
+
+    body: str
+    cell_set: str | None
+    first_node: int
+    points: np.ndarray
+    cells: np.ndarray
+    numbers: np.ndarray
+    geometry: Geometry
+    material: Material
+
+    @property
+    def nodes(self) -> slice:
+        """Slice of the body's nodes in the model."""
+        return slice(self.first_node, self.first_node + len(self.points))
+
+    @property
+    def has_hourglass_modes(self) -> bool:
+        """True for quadrilaterals and hexahedra, which have hourglass modes."""
+        return self.cells.shape[1] > self.points.shape[1] + 1
+
+    @property
+    def pressure_points(self) -> np.ndarray:
+        """Numbers (m, k), below `pressure_count`, of the pressures of each element.
+
+        Triangles and tetrahedra, which would lock with one pressure each, have those of their
+        nodes; an element with hourglass modes has one of its own. In a region of the latter,
+        collapsed elements have those of their nodes, numbered after the elements' own; the others
+        then list their own once for each node of a triangle or tetrahedron.
+        """
+        if not self.has_hourglass_modes:
+            return self.cells
+        own = np.arange(len(self.cells))[:, None]
+        if not self._is_simplex.any():
+            return own
+        points = np.repeat(own, self.points.shape[1] + 1, axis=1)
+        corners = np.sort(self.cells[self._is_simplex], axis=1)
+        last_of_its_node = np.diff(corners, append=-1, axis=1) != 0
+        points[self._is_simplex] = len(own) + corners[last_of_its_node].reshape(-1, points.shape[1])
+        return points
+
+    @property
+    def pressure_count(self) -> int:
+        """Number of pressures of the region."""
+        if not self.has_hourglass_modes:
+            return len(self.points)
+        return len(self.cells) + (len(self.points) if self._is_simplex.any() else 0)
+
+    @property
+    def _is_simplex(self) -> np.ndarray:
+        """True (m,) for cells that have collapsed to triangles or tetrahedra."""
+        corners = np.sort(self.cells, axis=1)
+        distinct = 1 + (corners[:, 1:] != corners[:, :-1]).sum(axis=1)
+        simplexes: np.ndarray = distinct == self.points.shape[1] + 1
+        return simplexes
+
+    @property
+    def pressure_sizes(self) -> np.ndarray:
+        """Length (k,) [m] of each pressure: the root of its area or volume.
+
+        It is zero for nodes outside the region.
+        """
+        points = self.pressure_points
+        volume = signed_volumes(self.points, self.cells)[:, None] / points.shape[1]
+        return nodal_sums(points, volume, self.pressure_count) ** (1.0 / self.points.shape[1])
+
+    @cached_property
+    def volumes(self) -> np.ndarray:
+        """Reference volume of each element (m,) [m^3]."""
+        return self.geometry.volumes(self.points, self.cells)
+
+    @cached_property
+    def gradients(self) -> np.ndarray:
+        """Mean of grad N_a over each element's reference volume (m, corners, d) [1/m].
+
+        In memory the elements of each component are contiguous, for fast sums over elements.
+        """
+        found = self.geometry.gradients(self.points, self.cells)
+        return np.ascontiguousarray(found.transpose(1, 2, 0)).transpose(2, 0, 1)
+
+    @property
+    def nodal_volumes(self) -> np.ndarray:
+        """Reference volume (n,) [m^3] of the elements around each of the body's nodes."""
+        return nodal_sums(self.cells, self.volumes[:, None], len(self.points))
+
+    def deformation(self, x: np.ndarray) -> np.ndarray:
+        """Return F (m, 3, 3) with the body's nodes at x (n, d) [m]; zz is out of plane."""
+        d, hoop = self.geometry.dimension, self.geometry.hoop
+        F = np.zeros((len(self.cells), 3, 3))
+        F[:, 2, 2] = 1.0 if hoop is None else hoop.stretch(self.points, self.cells, x)
+        F[:, :d, :d] = np.einsum("eai,eaj->eij", x[self.cells], self.gradients)
+        return F
+
+
+def joined_regions(regions: Sequence[Region], points: np.ndarray) -> list[Region]:
+    """Return the regions of a model, merged across bodies.
+
+    Regions with the same material, geometry and cell set are merged, so that kernels are compiled
+    once and not for each body.
+
+    points (n, d) [m]: of all nodes. Nodes that lie between those of joined bodies belong to no
+    element of the region, as do a body's nodes outside a region.
+    """
+    kinds: dict[Hashable, list[Region]] = {}
+    for region in regions:
+        kind = (region.geometry, region.material, region.cell_set)
+        kinds.setdefault(kind, []).append(region)
+    return [_joined(alike, points) for alike in kinds.values()]
+
+
+def _joined(alike: Sequence[Region], points: np.ndarray) -> Region:
+    first = alike[0]
+    if len(alike) == 1:
+        return first
+    return replace(
+        first,
+        body=" + ".join(r.body for r in alike),
+        points=points[first.nodes.start : alike[-1].nodes.stop],
+        cells=np.concatenate([r.cells + r.first_node - first.first_node for r in alike]),
+        numbers=np.concatenate([r.numbers for r in alike]),
+    )
+
+
+# -------------------------------------------------------------------------------------------------
+# Element results in numpy: volume ratio, stretch, von Mises stress, nodal pressure.
+
+
+@dataclass(frozen=True)
+class ElementMeasures:
+    """Results of the elements of a region.
+
+    Per element (m,): J [-], largest principal stretch [-], I1_bar [-], von Mises stress [Pa] and
+    shear stiffness [Pa] as in `Law.shear_stiffness` (law alone).
+
+    nodal_pressure (n,) [Pa]: -kappa (J_a - 1), J_a of all elements around a node, positive in
+    compression; NaN outside the region. Where elements have one pressure each it is their mean.
+    """
+
+    J: np.ndarray
+    stretch: np.ndarray
+    I1_bar: np.ndarray
+    von_mises: np.ndarray
+    shear_stiffness: np.ndarray
+    nodal_pressure: np.ndarray
+
+
+def measure_elements(region: Region, x: np.ndarray) -> ElementMeasures:
+    """Return the results of a region's elements with its body's nodes at x (n, d) [m]."""
+    volume, cells, material = region.volumes, region.cells, region.material
+    # A failed run is measured too: places that are no numbers give measures that are none.
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        F = region.deformation(x)
+        J = np.linalg.det(F)
+        b = np.einsum("eij,ekj->eik", F, F)
+        principal = principal_values(b)
+        b_bar = (np.abs(J) ** (-2.0 / 3.0))[:, None] * principal
+        # tau / J is the deviator of the Cauchy stress.
+        von_mises = np.sqrt(1.5 * (material.law.stress(b_bar) ** 2).sum(axis=1)) / np.abs(J)
+        shear_stiffness = material.law.shear_stiffness(b_bar)
+        stretch = np.sqrt(principal[:, 0])
+        share = 1.0 / cells.shape[1]
+        current = nodal_sums(cells, (J * volume * share)[:, None], len(x))
+        rest = nodal_sums(cells, (volume * share)[:, None], len(x))
+        pressure = -material.bulk_modulus * (current / rest - 1.0)
+    return ElementMeasures(J, stretch, b_bar.sum(axis=1), von_mises, shear_stiffness, pressure)
+
+
+def cauchy_stress(region: Region, x: np.ndarray) -> np.ndarray:
+    """Return the Cauchy stress (m, 6) [Pa] of a region's elements: xx, yy, zz, xy, yz, zx.
+
+    x (n, d) [m]: positions of the body's nodes. The stress is that of the law and of the mean of
+    the nodal pressures, without Maxwell branches; NaN where the position of a node is NaN.
+    """
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        F = region.deformation(x)
+        J = np.linalg.det(F)
+        b = np.nan_to_num(np.einsum("eij,ekj->eik", F, F), posinf=0.0, neginf=0.0)
+        squares, axes = np.linalg.eigh(b)
+        tau = region.material.law.stress((np.abs(J) ** (-2.0 / 3.0))[:, None] * squares)
+        pressure = measure_elements(region, x).nodal_pressure[region.cells].mean(axis=1)
+        stress = np.einsum("eik,ek,ejk->eij", axes, tau / J[:, None], axes)
+    stress -= pressure[:, None, None] * np.eye(3)
+    return stress[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
+
+
+def principal_values(tensors: np.ndarray) -> np.ndarray:
+    """Return the eigenvalues (m, 3), falling, of symmetric tensors (m, 3, 3).
+
+    In closed form (Smith 1961, Comm. ACM 4:168); numpy's solver takes fifty times as long on many
+    small matrices. NaN where a tensor contains NaN. Where two eigenvalues are equal each keeps
+    half the digits (the arc cosine near 1), their sum and product all.
+    """
+    mean = np.trace(tensors, axis1=1, axis2=2) / 3.0
+    deviator = tensors - mean[:, None, None] * np.eye(3)
+    size = np.sqrt((deviator**2).sum(axis=(1, 2)) / 6.0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        half_determinant = np.where(size > 0.0, np.linalg.det(deviator) / (2.0 * size**3), 0.0)
+    angle = np.arccos(np.clip(half_determinant, -1.0, 1.0)) / 3.0
+    angles = angle[:, None] - np.array([0.0, 2.0, -2.0]) * np.pi / 3.0
+    return mean[:, None] + 2.0 * size[:, None] * np.cos(angles)

@@ -17,6 +17,10 @@ Amplitudes: y = sqrt(V/3 / mu) L E of each plate, with H = L^T L.
 import numpy as np
 import taichi as ti
 
+from softsim.compute.fields import lane_field
+from softsim.compute.nodes import Nodes
+from softsim.compute.term import Pass, Stage
+from softsim.elements.geometry import Region
 from softsim.elements.hourglass import (
     CYCLIC,
     HourglassElements,
@@ -27,11 +31,7 @@ from softsim.elements.hourglass import (
 )
 from softsim.elements.one_point import followed_by_zeros, lane_tables, padded
 from softsim.elements.quadrature import PARENT_CORNERS
-from softsim.elements.region import Region
 from softsim.elements.tetrahedra import SpaceElements
-from softsim.fields import lane_field
-from softsim.nodes import Nodes
-from softsim.term import Pass, Stage
 
 MODES, AMPLITUDES = 4, 12
 SIGNS = tuple(map(tuple, PARENT_CORNERS[8].tolist()))  # xi_i of the corners

@@ -1,7 +1,7 @@
 """Plane strain: F_zz = 1.
 
-Kinematics in the plane in elements/triangles.py and quadrilaterals.py, material in
-elements/material_points.py, volumetric part in elements/pressure_points.py.
+Kinematics in the plane in elements/plane_elements.py and quadrilaterals.py, material in
+elements/material_points.py, volumetric part in elements/one_point.py.
 """
 
 from dataclasses import dataclass
@@ -9,14 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from softsim.elements.across import Across
-from softsim.elements.facets import Facets
-from softsim.elements.geometry import Geometry, edge_lengths
+from softsim.compute.fields import real_field
+from softsim.compute.nodes import Nodes
+from softsim.elements.geometry import Facets, Geometry, Region, edge_lengths
 from softsim.elements.one_point import OnePointElements
-from softsim.elements.region import Region
-from softsim.elements.sections import section_elements
-from softsim.fields import real_field
-from softsim.nodes import Nodes
+from softsim.elements.plane_elements import Across, section_elements
 
 
 @dataclass(frozen=True)

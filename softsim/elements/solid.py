@@ -1,6 +1,6 @@
 """Bodies in space: elements/tetrahedra.py and hexahedra.py.
 
-Material in elements/material_points.py, volumetric part in elements/pressure_points.py.
+Material in elements/material_points.py, volumetric part in elements/one_point.py.
 """
 
 from dataclasses import dataclass
@@ -8,14 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from softsim import backend
-from softsim.elements.facets import Facets
-from softsim.elements.geometry import Geometry
+from softsim.compute import backend
+from softsim.compute.nodes import Nodes
+from softsim.elements.geometry import Facets, Geometry, Region
 from softsim.elements.hexahedra import Hexahedra
 from softsim.elements.one_point import OnePointElements
-from softsim.elements.region import Region
 from softsim.elements.tetrahedra import SpaceElements, Tetrahedra
-from softsim.nodes import Nodes
 
 BY_CORNERS: dict[int, type[SpaceElements]] = {4: Tetrahedra, 8: Hexahedra}
 

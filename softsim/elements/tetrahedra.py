@@ -2,11 +2,11 @@
 
 import taichi as ti
 
-from softsim import backend
-from softsim.elements.metric import SpaceMetric
+from softsim.compute import backend
+from softsim.compute.nodes import Nodes
+from softsim.elements.geometry import Region
+from softsim.elements.kinematics import SpaceMetric
 from softsim.elements.one_point import OnePointElements
-from softsim.elements.region import Region
-from softsim.nodes import Nodes
 
 
 class SpaceElements(OnePointElements):

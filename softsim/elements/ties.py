@@ -28,10 +28,10 @@ import numpy as np
 import scipy.sparse as sp
 import taichi as ti
 
-from softsim import backend
-from softsim.fields import Number, index_field, real_field
-from softsim.nodes import Nodes
-from softsim.term import Pass, Stage, Term
+from softsim.compute import backend
+from softsim.compute.fields import Number, index_field, real_field
+from softsim.compute.nodes import Nodes
+from softsim.compute.term import Pass, Stage, Term
 
 
 @dataclass(frozen=True)

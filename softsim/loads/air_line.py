@@ -34,12 +34,12 @@ from typing import Any, ClassVar
 import numpy as np
 import taichi as ti
 
-from softsim import backend, fields
+from softsim.compute import backend, fields
+from softsim.compute.fields import real_field
+from softsim.compute.term import Own
 from softsim.errors import StabilityError
-from softsim.fields import real_field
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.pressure_control import Command
-from softsim.sharing import Own
 
 Course = GivenPressure | ControlledPressure
 

@@ -18,13 +18,11 @@ from typing import ClassVar, TypeVar
 import numpy as np
 import taichi as ti
 
-from softsim import fields
-from softsim.fields import real_field
-from softsim.loads.cycles import Cycle, cycles_of
+from softsim.compute import fields
+from softsim.compute.fields import real_field
+from softsim.compute.term import Own
 from softsim.loads.pressure_control import Command, EventCycles
-from softsim.loads.profile import Profile
-from softsim.loads.table import ProfileTable
-from softsim.sharing import Own
+from softsim.loads.profile import Cycle, Profile, ProfileTable, cycles_of
 
 C = TypeVar("C", bound="_Immediate")
 S = TypeVar("S", bound="_Scheduled")

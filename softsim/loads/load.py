@@ -7,9 +7,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from softsim.nodes import Nodes
+from softsim.compute.nodes import Nodes
+from softsim.compute.term import Term
 from softsim.rigid.frame import RigidBodies
-from softsim.term import Term
 
 L = TypeVar("L", bound="Load")
 
@@ -33,8 +33,8 @@ class RigidSpring:
 class Load(ABC):
     """Load of one scenario.
 
-    Fields that are not marked `Own` (softsim/sharing.py) are equal in all scenarios of a solver. A
-    load without a spring or a time history keeps the default methods.
+    Fields that are not marked `Own` (softsim/compute/term.py) are equal in all scenarios of a
+    solver. A load without a spring or a time history keeps the default methods.
     """
 
     @property

@@ -1,6 +1,6 @@
 """Follower pressure on facets, and its reaction on the rigid body that closes the chamber.
 
-Corner forces are p times the gradient of the enclosed volume (elements/facets.py). On a closed
+Corner forces are p times the gradient of the enclosed volume (elements/geometry.py). On a closed
 chamber the resultant force and moment vanish; a body that closes the chamber receives the opposite
 of the forces on the facets.
 """
@@ -12,17 +12,15 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from softsim import backend
-from softsim.elements.facets import Facets
-from softsim.elements.geometry import Geometry
-from softsim.fields import index_field, real_field
+from softsim.compute import backend
+from softsim.compute.fields import index_field, real_field
+from softsim.compute.nodes import PARTS, Nodes, parts_of
+from softsim.compute.term import Own, Pass, Stage, WorkingTerm
+from softsim.elements.geometry import Facets, Geometry
 from softsim.loads.air_line import AirLine
 from softsim.loads.drive import AddedGas, AddedVolume, ControlledPressure, Scheduled
 from softsim.loads.load import Load
-from softsim.nodes import PARTS, Nodes, parts_of
 from softsim.rigid.frame import RigidBodies
-from softsim.sharing import Own
-from softsim.term import Pass, Stage, WorkingTerm
 
 Filling = AddedVolume | AddedGas | AirLine
 """Pressure sources that depend on the volume of their chamber."""
@@ -74,9 +72,9 @@ class FollowerPressure(Load):
 class FollowerPressureTerm(WorkingTerm):
     """Kernel class that applies a follower pressure to facets.
 
-    facets: of elements/facets.py. lids: further facets, without pressure, that close the surface to
-    a volume. drives: pressure source of each scenario. body: number of the rigid body that closes
-    the chamber, or `OPEN`.
+    facets: of elements/geometry.py. lids: further facets, without pressure, that close the surface
+    to a volume. drives: pressure source of each scenario. body: number of the rigid body that
+    closes the chamber, or `OPEN`.
     """
 
     def __init__(

@@ -3,8 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
+import taichi as ti
 
-from softsim.sharing import Own
+from softsim.compute.fields import index_field, real_field, shape_of, write_row
+from softsim.compute.term import Own
+from softsim.errors import SimulationError
 
 # Points a time constant on an exponential: the chord is off by at most 1/(8 n^2), 2e-5 of it.
 POINTS_PER_TIME_CONSTANT = 80
@@ -229,3 +232,97 @@ def periodic_cycles(
     return Profile(
         np.concatenate([[0.0], times[later]]), np.concatenate([[at_zero], values[later]])
     )
+
+
+# -------------------------------------------------------------------------------------------------
+# Cycles of a profile.
+#
+# A cycle ends where the value has fallen and is about to rise again: a rest at the lowest value
+# belongs to the cycle before it.
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """Times [s] at which the pressure begins to fall, has fallen, and the cycle ends."""
+
+    fall_begin: float
+    fall_end: float
+    end: float
+
+    def has_ended(self, time: float) -> bool:
+        """Return True if the cycle has ended at `time` [s]."""
+        return self.end <= time * (1.0 + ROUND_OFF)
+
+
+def cycles_of(profile: Profile) -> list[Cycle]:
+    """Return the cycles of a profile, one for each fall."""
+    slope = np.diff(profile.values)
+    edges = np.diff(np.concatenate([[False], slope < 0.0, [False]]).astype(int))
+    cycles = []
+    for first, last in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
+        end = last
+        while end < len(slope) and slope[end] == 0.0:
+            end += 1
+        cycles.append(Cycle(*(float(profile.times[k]) for k in (first, last, end))))
+    return cycles
+
+
+# -------------------------------------------------------------------------------------------------
+# Profiles in Taichi fields: values of a table of points over time.
+
+LEAST_ROOM = 8
+"""Minimum capacity of a table in points, enough for a command mapped by the scale of a gauge."""
+
+
+class ProfileTable:
+    """Profiles in fields, one per scenario.
+
+    They are linear between points, constant after the last, and zero before t = 0, when bodies
+    settle without loads.
+    """
+
+    def __init__(self, profiles: list[Profile]) -> None:
+        longest = max(LEAST_ROOM, *(len(p.times) for p in profiles))
+        self.points = index_field(np.array([len(p.times) for p in profiles]))
+        self.time = real_field(np.array([padded(p.times, longest) for p in profiles]))
+        self.value = real_field(np.array([padded(p.values, longest) for p in profiles]))
+
+    def follow(self, scenario: int, profile: Profile) -> None:
+        """Replace the profile of a scenario.
+
+        Raises SimulationError if it has more points than fit.
+        """
+        room = shape_of(self.time)[1]
+        if len(profile.times) > room:
+            raise SimulationError(
+                f"a time history of {len(profile.times)} points, but there is room for {room}",
+                hint="reduce the number of points of the gauge scale, or write a longer table in "
+                "the scene",
+            )
+        write_row(self.points, scenario, len(profile.times))
+        write_row(self.time, scenario, padded(profile.times, room))
+        write_row(self.value, scenario, padded(profile.values, room))
+
+    @ti.func
+    def at(self, s, t):
+        """Return the value at time t, by bisection."""
+        low = 0
+        high = self.points[s] - 1
+        while high - low > 1:
+            middle = (low + high) // 2
+            if self.time[s, middle] <= t:
+                low = middle
+            else:
+                high = middle
+        value = self.value[s, high]
+        if t < self.time[s, high] and high > low:
+            share = ti.max(0.0, (t - self.time[s, low]) / (self.time[s, high] - self.time[s, low]))
+            value = self.value[s, low] + share * (self.value[s, high] - self.value[s, low])
+        if t < 0.0:
+            value = 0.0
+        return value
+
+
+def padded(values: np.ndarray, length: int) -> np.ndarray:
+    """Return `values` with the last one repeated up to `length`."""
+    return np.concatenate([values, np.full(length - len(values), values[-1])])

@@ -26,15 +26,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import taichi as ti
 
-from softsim import backend, fields
-from softsim.fields import Number, index_field, once, real_field, vector_field
+from softsim.compute import backend, fields
+from softsim.compute.fields import Number, index_field, once, real_field, vector_field
+from softsim.compute.nodes import Nodes
+from softsim.compute.term import Own, Pass, Stage, WorkingTerm
 from softsim.loads.load import Load
-from softsim.loads.profile import Profile
-from softsim.loads.table import ProfileTable
-from softsim.nodes import Nodes
+from softsim.loads.profile import Profile, ProfileTable
 from softsim.rigid.frame import RigidBodies
-from softsim.sharing import Own
-from softsim.term import Pass, Stage, WorkingTerm
 
 
 @dataclass(frozen=True, eq=False)

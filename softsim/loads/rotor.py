@@ -20,13 +20,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import taichi as ti
 
-from softsim import backend
-from softsim.fields import real_field, vector_field, write_row
+from softsim.compute import backend
+from softsim.compute.fields import real_field, vector_field, write_row
+from softsim.compute.nodes import Nodes
+from softsim.compute.term import Own, Term
 from softsim.loads.load import Load
-from softsim.nodes import Nodes
 from softsim.rigid.frame import RigidBodies
-from softsim.sharing import Own
-from softsim.term import Term
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from softsim import backend, fields
-from softsim.fields import once, real_field, vector_field
+from softsim.compute import backend, fields
+from softsim.compute.fields import once, real_field, vector_field
+from softsim.compute.nodes import Nodes
+from softsim.compute.term import Own, Term
 from softsim.loads.load import Load, RigidSpring
-from softsim.nodes import Nodes
 from softsim.rigid.frame import RigidBodies
-from softsim.sharing import Own
-from softsim.term import Term
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,9 @@
 """Bodies from ABAQUS input files (.inp): nodes, linear elements, sets, surfaces."""
 
 import logging
-from collections.abc import Iterator
+import re
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 
@@ -9,17 +11,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from softsim.errors import MeshError
-from softsim.mesh.abaqus_cards import Card, cards, fields, of_instance
-from softsim.mesh.abaqus_elements import (
-    CORNERS,
-    FACES,
-    dimension,
-    family,
-    reduced,
-    refusal,
-    supported,
-)
-from softsim.mesh.abaqus_sets import ASSEMBLY, BODY, Key, NamedSet, Sets, define
 from softsim.mesh.content import Content
 from softsim.mesh.mesh import (
     boundary_facets,
@@ -30,7 +21,431 @@ from softsim.mesh.mesh import (
 )
 from softsim.mesh.quality import Labels
 
+# -------------------------------------------------------------------------------------------------
+# Text of an ABAQUS input file: keyword lines with their parameters and data rows.
+
+# A comma with an even number of quotes behind it is outside any quotes.
+_OUTER_COMMA = re.compile(r',(?=(?:[^"]*"[^"]*")*[^"]*$)')
+
+_SETS = {"NSET": "NSET", "ELSET": "ELSET", "SURFACE": "NAME"}
+"""Keywords of sets and surfaces -> the parameter that names them."""
+
+
+@dataclass(frozen=True)
+class Card:
+    """Keyword line and the rows below it.
+
+    keyword: upper case, without the star, single spaces. parameters: upper-case name -> value, ""
+    where there is none; values and rows as written. rows: (line number, text).
+    """
+
+    path: Path
+    line: int
+    keyword: str
+    parameters: dict[str, str]
+    rows: list[tuple[int, str]] = field(default_factory=list)
+
+    def fault(self, message: str, hint: str = "", line: int | None = None) -> MeshError:
+        """Return the error to raise about this card, or about one of its rows."""
+        return MeshError(f"{self.path}:{line or self.line}: {message}", hint=hint)
+
+    def parameter(self, name: str) -> str:
+        """Return the value of a required parameter. Raises MeshError if it is missing."""
+        value = self.parameters.get(name, "")
+        if not value:
+            raise self.fault(f"*{self.keyword} needs {name}=")
+        return value
+
+    def allow(self, names: Collection[str]) -> None:
+        """Raise MeshError if there is a parameter besides these: it would change the meaning."""
+        for name in self.parameters:
+            if name not in names:
+                raise self.fault(
+                    f"the parameter {name} of *{self.keyword} is not supported",
+                    hint="supported: " + ", ".join(sorted(names)),
+                )
+
+    def integer(self, text: str, line: int, what: str) -> int:
+        """Return the number in a field. Raises MeshError, naming `what` it should be."""
+        try:
+            return int(text)
+        except ValueError:
+            raise self.fault(f"'{text}' is not a {what}", line=line) from None
+
+    def real(self, text: str, line: int) -> float:
+        """Return the number in a field, 0 if it is empty; Fortran's 1.5D-3 is accepted."""
+        try:
+            return float(text.upper().replace("D", "E")) if text else 0.0
+        except ValueError:
+            raise self.fault(f"'{text}' is not a number", line=line) from None
+
+
+def cards(path: Path) -> Iterator[Card]:
+    """Return the cards of a file, without comments and empty lines.
+
+    Raises MeshError if the file cannot be read or has data before the first keyword.
+    """
+    card: Card | None = None
+    keyword, first = "", 0
+    for line, text in _lines(path):
+        if text.startswith("*"):
+            if keyword:
+                card = _card(path, first, keyword)
+            if card:
+                yield card
+            card, keyword, first = None, text, line
+        elif keyword.endswith(","):
+            keyword += text
+        elif keyword:
+            card, keyword = _card(path, first, keyword), ""
+            card.rows.append((line, text))
+        elif card:
+            card.rows.append((line, text))
+        else:
+            raise MeshError(
+                f"{path}:{line}: data before the first keyword",
+                hint="an ABAQUS input file begins with a line such as *HEADING or *NODE",
+            )
+    if keyword:
+        card = _card(path, first, keyword)
+    if card:
+        yield card
+
+
+def of_instance(found: list[Card], instance: Card) -> list[Card]:
+    """Return the cards of a file that describe one of its instances, and those outside of parts.
+
+    Left out are other parts and instances, sets of these, what sets and surfaces of the assembly
+    take from them, and sets and surfaces that hold nothing else.
+    """
+    name, part = instance.parameter("NAME").casefold(), instance.parameter("PART").casefold()
+    others = {
+        card.parameter("NAME").casefold() + "." for card in found if card.keyword == "INSTANCE"
+    } - {name + "."}
+    own, of_assembly, block = [], [], None
+    for card in found:
+        if card.keyword in ("PART", "INSTANCE"):
+            block = card
+        if block is None and card.keyword in _SETS:
+            of_assembly.append(card)
+        elif block in (None, instance) or (
+            block.keyword == "PART" and block.parameter("NAME").casefold() == part
+        ):
+            own.append(card)
+        if card.keyword in ("END PART", "END INSTANCE"):
+            block = None
+    kept = [c for c in of_assembly if c.parameters.get("INSTANCE", name).casefold() == name]
+    foreign, before = _named(of_assembly) - _named(kept), -1
+    while len(foreign) > before:
+        before = len(foreign)
+        rest = [_without(card, others, foreign) for card in kept]
+        kept = [new for card, new in zip(kept, rest, strict=True) if new.rows or not card.rows]
+        foreign = _named(of_assembly) - _named(kept)
+    return sorted(own + kept, key=lambda card: card.line)
+
+
+def _named(found: list[Card]) -> set[tuple[str, str]]:
+    """Return keyword and name of each set and surface that cards define."""
+    return {
+        (card.keyword, card.parameters.get(_SETS[card.keyword], "").casefold()) for card in found
+    }
+
+
+def _without(card: Card, others: set[str], foreign: set[tuple[str, str]]) -> Card:
+    """Return a set or surface without the members that it takes from other instances."""
+    of_nodes = card.keyword == "NSET" or card.parameters.get("TYPE", "").upper() == "NODE"
+    kind = "NSET" if of_nodes else "ELSET"
+
+    def is_foreign(member: str) -> bool:
+        member = member.casefold()
+        return (kind, member) in foreign or any(member.startswith(other) for other in others)
+
+    if card.keyword == "SURFACE":
+        rows = [(n, text) for n, text in card.rows if not is_foreign(fields(text)[0])]
+        return replace(card, rows=rows)
+    left = [(n, [m for m in fields(text) if not is_foreign(m)]) for n, text in card.rows]
+    return replace(card, rows=[(n, ", ".join(members)) for n, members in left if members])
+
+
+def fields(text: str) -> list[str]:
+    """Return the fields between commas, without blanks and quotes around them.
+
+    A comma at the end begins no further field.
+    """
+    if '"' in text:
+        parts = [part.replace('"', "").strip() for part in _OUTER_COMMA.split(text)]
+    else:
+        parts = [part.strip() for part in text.split(",")]
+    if len(parts) > 1 and not parts[-1]:
+        parts.pop()
+    return parts
+
+
+def _lines(path: Path) -> Iterator[tuple[int, str]]:
+    try:
+        # Headings and comments may be in any 8-bit encoding; nothing else is beyond ASCII.
+        text = path.read_text(encoding="utf-8-sig", errors="replace")
+    except OSError as fault:
+        raise MeshError(f"{path}: cannot be read ({fault.strerror})") from fault
+    for number, line in enumerate(text.split("\n"), start=1):
+        stripped = line.strip()
+        if stripped and not stripped.startswith("**"):
+            yield number, stripped
+
+
+def _card(path: Path, line: int, text: str) -> Card:
+    keyword, *rest = fields(text)
+    parameters = {}
+    for part in rest:
+        name, _, value = part.partition("=")
+        parameters[" ".join(name.upper().split())] = value.strip()
+    return Card(path, line, " ".join(keyword[1:].upper().split()), parameters)
+
+
+# -------------------------------------------------------------------------------------------------
+# Element types of ABAQUS: the supported ones, and replacements for the others.
+
+CORNERS = {
+    "CPE3": 3, "CPE4": 4, "CPE4R": 4, "CPE4I": 4,
+    "CPS3": 3, "CPS4": 4, "CPS4R": 4, "CPS4I": 4,
+    "CAX3": 3, "CAX4": 4, "CAX4R": 4, "CAX4I": 4,
+    "C3D4": 4, "C3D5": 5, "C3D6": 6, "C3D8": 8, "C3D8R": 8, "C3D8I": 8,
+}  # fmt: skip
+"""Nodes of an element type; each may have an H (hybrid) behind it."""
+
+FACES = {
+    (2, 3): [[0, 1], [1, 2], [2, 0]],
+    (2, 4): [[0, 1], [1, 2], [2, 3], [3, 0]],
+    (3, 4): [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]],
+    (3, 5): [[0, 1, 2, 3], [0, 4, 1], [1, 4, 2], [2, 4, 3], [3, 4, 0]],
+    (3, 6): [[0, 1, 2], [3, 5, 4], [0, 3, 4, 1], [1, 4, 5, 2], [2, 5, 3, 0]],
+    (3, 8): [
+        *([0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1]),
+        *([1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]),
+    ],
+}
+"""Faces S1, S2 ... in the order of ABAQUS, by the numbers of dimensions and of corners."""
+
+_LINEAR = {
+    family: [name for name in CORNERS if name.startswith(family)]
+    for family in ("CPE", "CPS", "CAX", "C3D")
+}
+_PLANE_SHAPES = {6: "second-order triangles", 8: "second-order quadrilaterals"}
+_SOLID_SHAPES = {
+    10: "second-order tetrahedra",
+    15: "second-order wedges",
+    20: "second-order hexahedra",
+}
+_CORNERS_OF_SECOND_ORDER = {"plane": {6: 3, 8: 4}, "C3D": {10: 4, 15: 6, 20: 8}}
+
+
+def supported(written: str) -> str:
+    """Return the type without its H, or "" if it is not supported.
+
+    A hybrid element is computed as the type without H.
+    """
+    name = written.upper().removesuffix("H")
+    return name if name in CORNERS else ""
+
+
+def reduced(written: str) -> tuple[str, int]:
+    """Return the linear type with the corners of a second-order type, C3D4 for C3D10M.
+
+    Also return the number of nodes of the latter; ("", 0) for any other type.
+    """
+    kind, count = _parts(written)
+    corners = _CORNERS_OF_SECOND_ORDER["C3D" if kind == "C3D" else "plane"].get(count)
+    return (f"{kind}{corners}", count) if kind and corners else ("", 0)
+
+
+def family(element_type: str) -> str:
+    """Return the family of a type: CPE, CPS, CAX or C3D."""
+    return element_type[:3]
+
+
+def dimension(element_type: str) -> int:
+    """Return the number of dimensions, 2 or 3, of a supported type's elements."""
+    return 3 if family(element_type) == "C3D" else 2
+
+
+def refusal(written: str) -> tuple[str, str]:
+    """Return message and hint for an unsupported element type."""
+    kind, count = _parts(written)
+    shapes = _SOLID_SHAPES if kind == "C3D" else _PLANE_SHAPES
+    shape = f", {shapes[count]}," if kind and count in shapes else ""
+    message = f"elements of type {written.upper()}{shape} are not supported"
+    if reduced(written)[0]:
+        return message, (
+            "write reduce_order: true next to the file name to drop their mid-side nodes, or "
+            "mesh the part with linear elements: " + ", ".join(_LINEAR[kind])
+        )
+    if kind:
+        return message, "mesh the part with linear elements: " + ", ".join(_LINEAR[kind])
+    known = ", ".join(CORNERS)
+    return message, f"a body consists of {known} (each also hybrid, H); remove all others"
+
+
+def plane_stress_advice(element_type: str, formulation: str) -> str:
+    """Return the advice which elements replace plane-stress ones in a body of this formulation."""
+    rest = element_type.removeprefix("CPS")
+    return {
+        "plane_strain": f"for a thin section without strain in the depth direction use CPE{rest}",
+        "ring_section": f"for the section of a ring_section use CPE{rest}; its sector is a key of "
+        "the body",
+        "axisymmetric": f"for the half section of a body of revolution use CAX{rest}",
+        "solid": f"use a 3D mesh of C3D4 or C3D8R, or a section of CPE{rest} with formulation: "
+        "plane_strain",
+    }[formulation]
+
+
+def _parts(written: str) -> tuple[str, int]:
+    """Return family and number of nodes of a name such as C3D10M; ("", 0) for another name."""
+    found = re.match(r"(CPE|CPS|CAX|C3D)(\d+)", written.upper())
+    return (found[1], int(found[2])) if found else ("", 0)
+
+
+# -------------------------------------------------------------------------------------------------
+# Sets of an ABAQUS input file, with members by number, by range and by name.
+
 log = logging.getLogger(__name__)
+
+BODY, ASSEMBLY = "body", "assembly"
+"""Scopes of a number or a name: the part (with its instance), or the assembly."""
+
+Key = tuple[str, str]
+"""Scope and casefolded name of a set; part and assembly may have sets of the same name."""
+
+
+@dataclass
+class NamedSet:
+    """Set or surface as far as it has been read.
+
+    cards: with the scope of each. members: further numbers of the set. internal: True if ABAQUS/CAE
+    marks it as one that only surfaces need.
+    """
+
+    name: str
+    cards: list[tuple[str, Card]] = field(default_factory=list)
+    members: list[int] = field(default_factory=list)
+    internal: bool = False
+
+
+def define(named: dict[Key, NamedSet], scope: str, card: Card, parameter: str) -> NamedSet:
+    """Return the set that the card's parameter names, created if it is new.
+
+    Raises MeshError if the parameter is missing.
+    """
+    name = card.parameter(parameter)
+    found = named.setdefault((scope, name.casefold()), NamedSet(name))
+    found.internal |= "INTERNAL" in card.parameters
+    return found
+
+
+class Sets:
+    """All sets of nodes, or all sets of elements.
+
+    kind: "node" or "element", for messages. numbers: scope -> label in the file -> number from 0.
+    named: the sets. instance: name of the instance, "" if there is none.
+    """
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+        self.numbers: dict[str, dict[int, int]] = {BODY: {}, ASSEMBLY: {}}
+        self.named: dict[Key, NamedSet] = {}
+        self.instance = ""
+
+    def members(self, key: Key, within: tuple[Key, ...] = ()) -> np.ndarray:
+        """Return the numbers (k,) of the set's members, in increasing order.
+
+        within: the sets that contain this one. Raises MeshError if the set is empty or contains
+        itself, or if a member does not exist.
+        """
+        found = self.named[key]
+        first = found.cards[0][1]
+        if key in within:
+            raise first.fault(f"the {self.kind} set '{found.name}' contains itself")
+        parts = [np.array(found.members, dtype=np.int64)]
+        for scope, card in found.cards:
+            if card.keyword not in ("NSET", "ELSET"):
+                continue
+            for line, text in card.rows:
+                if "GENERATE" in card.parameters:
+                    parts.append(self._generated(scope, card, line, text))
+                else:
+                    row = fields(text)
+                    parts.append(self.listed(scope, card, line, row, (*within, key)))
+        members = np.unique(np.concatenate(parts))
+        if not len(members):
+            raise first.fault(
+                f"the {self.kind} set '{found.name}' is empty",
+                hint="give it members or leave it out",
+            )
+        return members
+
+    def listed(
+        self, scope: str, card: Card, line: int, row: list[str], within: tuple[Key, ...] = ()
+    ) -> np.ndarray:
+        """Return the numbers (k,) of the members in a row of labels and names of sets.
+
+        Raises MeshError if one of them does not exist.
+        """
+        parts = [np.zeros(0, dtype=np.int64)]
+        for written in filter(None, row):
+            place, member = self._place(scope, written)
+            if member.isdigit():
+                numbers = self._numbers(place, card)
+                if int(member) not in numbers:
+                    raise card.fault(f"there is no {self.kind} {written}", line=line)
+                parts.append(np.array([numbers[int(member)]]))
+            else:
+                inside = self._key(place, member)
+                if inside is None:
+                    raise card.fault(
+                        f"there is no {self.kind} set '{written}'",
+                        hint="there are: " + ", ".join(s.name for s in self.named.values()),
+                        line=line,
+                    )
+                parts.append(self.members(inside, within))
+        return np.concatenate(parts)
+
+    def _generated(self, scope: str, card: Card, line: int, text: str) -> np.ndarray:
+        """Return the numbers of the members from a first to a last label, without missing ones."""
+        row = [card.integer(value, line, f"{self.kind} number") for value in fields(text)]
+        if len(row) not in (2, 3) or (len(row) == 3 and row[2] < 1):
+            raise card.fault(
+                f"the row '{text}' generates no members",
+                hint="GENERATE takes rows such as 1, 9, 2: first, last, increment",
+                line=line,
+            )
+        first, last = row[:2]
+        step = row[2] if len(row) == 3 else 1
+        numbers = self._numbers(scope, card)
+        labels = np.fromiter(numbers, dtype=np.int64, count=len(numbers))
+        chosen = (labels >= first) & (labels <= last) & ((labels - first) % step == 0)
+        asked = max(last - first + step, 0) // step
+        if chosen.sum() < asked:
+            log.warning(
+                "%s:%d: '%s': %d of these %d %ss do not exist and are ignored",
+                *(card.path, line, text, asked - chosen.sum(), asked, self.kind),
+            )
+        return np.fromiter(numbers.values(), dtype=np.int64, count=len(numbers))[chosen]
+
+    def _place(self, scope: str, written: str) -> tuple[str, str]:
+        """Return scope and name of a member; INSTANCE.NAME means the part's in any scope."""
+        owner, _, member = written.partition(".")
+        if member and self.instance and owner.casefold() == self.instance.casefold():
+            return BODY, member
+        return scope, written
+
+    def _numbers(self, scope: str, card: Card) -> dict[int, int]:
+        """Return label -> number in the scope of a card: the assembly's if any, else the body's."""
+        own = self.numbers[scope]
+        return self.numbers[BODY] if "INSTANCE" in card.parameters or not own else own
+
+    def _key(self, scope: str, name: str) -> Key | None:
+        keys = [(scope, name.casefold()), (BODY, name.casefold())]
+        return next((key for key in keys if key in self.named), None)
+
 
 _GENERATED = "write out the nodes and elements, as ABAQUS/CAE does in an input file"
 _REFUSED = {

@@ -1,10 +1,18 @@
 """Content of a mesh file of any format, as the readers return it, not yet checked."""
 
+import io
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softsim.errors import MeshError
 from softsim.mesh.quality import Labels
+
+if TYPE_CHECKING:
+    import meshio
 
 
 @dataclass(frozen=True)
@@ -37,3 +45,29 @@ class Content:
     reference_nodes: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     midside_nodes: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     not_read: tuple[str, ...] = ()
+
+
+# -------------------------------------------------------------------------------------------------
+# Reading of mesh files by meshio, of which this module is the only user.
+
+
+def meshio_mesh(path: Path, formats: str) -> "meshio.Mesh":
+    """Return the mesh in a file as a meshio object.
+
+    formats: expected formats, for the hint. Raises MeshError if it cannot be read.
+    """
+    import meshio  # takes longer to import than the rest of this package
+
+    said = io.StringIO()
+    try:
+        # Its STL reader takes ASCII for a count of triangles first, which overflows.
+        with redirect_stdout(said), redirect_stderr(io.StringIO()), np.errstate(over="ignore"):
+            return meshio.read(path)
+    # meshio passes on whatever its parsers stumble over; when no parser is left it prints the
+    # cause and exits.
+    except (Exception, SystemExit) as fault:
+        cause = said.getvalue().strip() or f"{type(fault).__name__}: {fault}"
+        raise MeshError(
+            f"{path}: cannot be read as a mesh ({cause})",
+            hint=f"{formats}; otherwise the file is damaged",
+        ) from fault

@@ -7,11 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from softsim.mesh.bearing import sharp_edges
+from softsim.mesh.surface import sharp_edges
 from softsim.model import Model
-from softsim.scene.loading import LoadedScene
-from softsim.scene.resolved import flow_text, phrase
-from softsim.scene.tree import Key, entries, nearest
+from softsim.scene.loading import LoadedScene, flow_text, phrase
+from softsim.scene.text import Key, entries, nearest
 
 Row = tuple[str, str]
 

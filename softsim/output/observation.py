@@ -9,26 +9,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.contact.cylinder import Cylinder
+from softsim.analysis import passage as along_path
+from softsim.analysis.passage import CROSSING_COLUMNS, end_readings
+from softsim.contact.simple_walls import Cylinder
 from softsim.contact.wall import Wall
 from softsim.elements.cable import Cable
 from softsim.elements.fibre import Fibre
-from softsim.elements.measures import cauchy_stress, measure_elements
+from softsim.elements.geometry import cauchy_stress, measure_elements
 from softsim.loads.air_line import AirLine
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
 from softsim.loads.pulled_cable import PulledCable
 from softsim.model import Model, Probe
-from softsim.output import along_path
-from softsim.output.crossing import COLUMNS as CROSSING_COLUMNS
-from softsim.output.crossing import end_readings
-from softsim.scene.columns import CHAMBER_PRESSURE, ROW_FORCE, SIDE_FORCE
 from softsim.scene.outputs import probe_columns
-from softsim.solver.energy import Energies, EnergyBalance, EnergyReader
+from softsim.scene.quantities import CHAMBER_PRESSURE, ROW_FORCE, SIDE_FORCE
+from softsim.solver.energy import (
+    Energies,
+    EnergyBalance,
+    EnergyReader,
+    unbalanced_share,
+    wall_contact,
+)
 from softsim.solver.explicit import Scenario
-from softsim.solver.settling import unbalanced_share
-from softsim.solver.wall_contact import wall_contact
 
 
 def columns(model: Model) -> dict[str, str]:
@@ -78,9 +81,9 @@ def columns(model: Model) -> dict[str, str]:
         "energy_error": "-",  # |ETOTAL - ETOTAL(0)| over the largest reference energy
     }
     if model.relaxation is not None:
-        last["unbalanced_share"] = "-"  # of the forces, see solver/settling.py
+        last["unbalanced_share"] = "-"  # of the forces, see solver/energy.py
     if model.passage is not None:
-        last |= along_path.COLUMNS
+        last |= along_path.PATH_COLUMNS
     if model.crossing is not None:
         last |= CROSSING_COLUMNS
     for probe in model.probes:

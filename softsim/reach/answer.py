@@ -17,8 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.reach.pull import Bracket
-from softsim.reach.tension import Tension, Tether, Way, radii, rises, tension_along
+from softsim.reach.tension import Bracket, Tension, Tether, Way, radii, rises, tension_along
 from softsim.reach.trials import Heading, TrialPipe
 
 Pulls = Mapping[TrialPipe, Bracket]

@@ -9,13 +9,13 @@ from softsim.builder import build_model
 from softsim.builder.assembly import gravity_in_space
 from softsim.builder.pipe_path import key_of_item
 from softsim.contact.pipe_network import PipeNetwork
-from softsim.contact.pipe_segment import Segment
+from softsim.contact.pipe_path import Segment
 from softsim.errors import SceneError
 from softsim.reach.answer import Load, diameter, load_of, needed
 from softsim.reach.tension import Tether, Way, ways
 from softsim.reach.trials import DIAMETERS, Puller, TrialPipe, trial_scene
 from softsim.scene.loading import LoadedScene
-from softsim.scene.surroundings import PipePathWall
+from softsim.scene.walls import PipePathWall
 
 
 @dataclass(frozen=True, eq=False)

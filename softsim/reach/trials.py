@@ -21,15 +21,15 @@ from pathlib import Path
 
 import numpy as np
 
+from softsim.analysis.motion import fall_begins
 from softsim.errors import StabilityError
-from softsim.output.motion import fall_begins
 from softsim.scene.assessment import QUESTIONS, REACH, robot_tree, said
 from softsim.scene.bodies import BallOutline
 from softsim.scene.chambers import FollowerPressure, Pneumatic
 from softsim.scene.loading import LoadedScene, overridden, read_scene, validated
 from softsim.scene.loads import AxialRelief, Tether
 from softsim.scene.profiles import CyclesProfile, EventCyclesProfile
-from softsim.scene.tree import Tree, merged
+from softsim.scene.text import Tree, merged
 
 BEST = ((30e-3, 1.4e3, 9e3), (36e-3, 1.3e3, 11e3), (41e-3, 1.3e3, 12.5e3))
 """Diameter of the pipe [m] with the deflation rate [Pa/s] and lowest pressure [Pa] that are optimal

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from softsim.analysis.travel import centre_of_circle
 from softsim.output.folder import HISTORY, read_summary
 from softsim.output.history import read_history
-from softsim.output.path_circle import centre_of_circle
-from softsim.report.colours import MILLI
+from softsim.report.diagram import MILLI
 from softsim.report.style import BLUE, COLOURS, GREEN, INK, ORANGE, QUIET, WALL, drawing
 
 FIGURE = "chain.png"

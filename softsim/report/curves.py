@@ -1,10 +1,27 @@
 """Curves of a history: pressures of chambers, energies, contact."""
 
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import cycle
+from pathlib import Path
+
 import numpy as np
 
-from softsim.output.travel import ROUND_OFF, History, has
-from softsim.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, SKY
-from softsim.scene.columns import CHAMBER_PRESSURE
+from softsim.analysis.travel import (
+    ROUND_OFF,
+    History,
+    displacement,
+    has,
+    travelling_column,
+    travels,
+)
+from softsim.materials.maxwell import MaxwellFit, MaxwellSeries
+from softsim.report.diagram import FLAT, MILLI, POINTS, Axis, Diagram, Panel, Scale, Series
+from softsim.report.png import draw, thinned
+from softsim.report.style import BLUE, COLOURS, GREEN, INK, ORANGE, PURPLE, RED, SKY
+from softsim.scene.quantities import CHAMBER_PRESSURE, ROW_FORCE, SIDE_FORCE, is_probe
+from softsim.units import format_quantity
 
 ENERGIES = {
     "internal_energy": ("internal", BLUE, "-"),
@@ -73,3 +90,366 @@ def joules(largest: float) -> tuple[float, str]:
         if largest * factor >= 1.0:
             return factor, unit
     return 1e9, "nJ"
+
+
+# -------------------------------------------------------------------------------------------------
+# Curves of the quantities that the probes of a scene recorded.
+
+QUANTITIES = {
+    "m": ("length", 1e3, "mm"),
+    "N": ("force", 1.0, "N"),
+    "m^3": ("volume", 1e6, "ml"),
+}
+"""Quantity, factor and drawn unit by unit in the history."""
+
+UNSEEN = 1e-3
+"""Fraction of the largest curve of a panel below which another one looks like zero."""
+
+LINES = {"": "-", "x": "-", "y": "--", "z": ":"}
+
+
+def curves_of(history: History, units: Mapping[str, str]) -> dict[str, list[Series]]:
+    """Return the curves of all probes over time, by unit in the history.
+
+    Each probe has a colour, each axis a line style. Curves that are zero compared with others
+    of their unit are omitted. units: column -> unit.
+    """
+    columns: dict[str, list[str]] = {}
+    for column, unit in units.items():
+        if is_probe(column) and has(history, column):
+            columns.setdefault(unit, []).append(column)
+    return {unit: _curves(history, names, unit) for unit, names in columns.items()}
+
+
+def _curves(history: History, columns: list[str], unit: str) -> list[Series]:
+    factor = QUANTITIES.get(unit, ("", 1.0, unit))[1]
+    sizes = {column: float(np.nanmax(np.abs(history[column]))) for column in columns}
+    colours: dict[str, str] = {}
+    curves = []
+    for column in columns:
+        name, axis = name_and_axis(column, unit)
+        if sizes[column] >= UNSEEN * max(sizes.values()):
+            colour = colours.setdefault(name, COLOURS[len(colours) % len(COLOURS)])
+            label = f"{name} {axis}".rstrip()
+            values = history[column] * factor
+            curves.append(Series(label, history["time"], values, colour, LINES[axis]))
+    return curves
+
+
+def name_and_axis(column: str, unit: str) -> tuple[str, str]:
+    """Return the probe name of a column and the axis of a vector, otherwise ""."""
+    name, _, axis = column.rpartition("_")
+    is_vector = unit != "m^3" and axis in ("x", "y", "z")
+    return (name, axis) if is_vector else (column, "")
+
+
+def inflation_curves(history: History, units: Mapping[str, str]) -> list[Series]:
+    """Return curves of the air pressure [kPa] over displacement or radius probes [mm].
+
+    Of each probe the component that moves most is taken, without vibration; probes at rest are
+    omitted. The result is empty unless there is one chamber whose pressure changes.
+    """
+    air = single_pressure(history)
+    if air is None or _range(air) == 0.0:
+        return []
+    most: dict[str, Series] = {}
+    for curve in curves_of(history, units).get("m", []):
+        probe = curve.name.rpartition(" ")[0] or curve.name  # a radius has no components
+        if probe not in most or _range(curve.y) > _range(most[probe].y):
+            most[probe] = curve
+    pressure = thinned(history["time"], air / 1e3).mean
+    return [
+        Series(c.name, thinned(c.x, c.y).mean, pressure, c.colour, c.kind)
+        for c in most.values()
+        if _range(c.y) > 0.0
+    ]
+
+
+def _range(values: np.ndarray) -> float:
+    return float(np.nanmax(values) - np.nanmin(values))
+
+
+# -------------------------------------------------------------------------------------------------
+# Figures over time of a run: those for which its history has data.
+
+TITLES = {
+    "displacement_pressure": "Displacement and pressure",
+    "energies": "Energies",
+    "contact_rows": "Contact with walls",
+    "deflation": "Last deflation",
+    "gait": "Gait",
+    "pull": "Pull",
+    "probes": "Probes",
+    "pressure_probe": "Pressure versus probes",
+}
+"""Title by name of a figure."""
+
+OF_CHAMBERS = COLOURS[1:]
+"""Colours of chamber pressures; the displacement beside them has the first colour."""
+
+ROWS_OF_A_GAIT = 160
+"""Number of rows at the end of the history that the gait figure shows."""
+
+COARSEST_OF_A_GAIT = 1e-3
+"""Largest interval of the history [s] that resolves the revolutions of a motor."""
+
+FEWEST_OF_A_FALL = 20
+"""Smallest number of rows of a deflation that are drawn as a curve."""
+
+SAMPLES_OF_A_FALL = 60
+"""Number of points of a deflation curve, each a mean over many periods of the motor."""
+
+
+def signals(history: History, units: Mapping[str, str]) -> dict[str, Diagram]:
+    """Return the figures that have data, by name.
+
+    units: column -> unit.
+    """
+    found = {
+        "displacement_pressure": motion(history),
+        "energies": energies(history),
+        "contact_rows": contact(history),
+        "pull": pull(history),
+        "probes": probes(history, units),
+    }
+    panels = {name: list(shown) for name, shown in found.items()}
+    figures = {
+        name: over_time(TITLES[name], history, shown) for name, shown in panels.items() if shown
+    }
+    return figures | deflation(history) | gait(history) | inflation(history, units)
+
+
+def over_time(title: str, history: History, panels: Sequence[Panel]) -> Diagram:
+    """Return a diagram of panels over the time of a run."""
+    return Diagram(title, Scale(time_label(history)), panels, over_time=True)
+
+
+def pressure(history: History) -> Axis | None:
+    """Return the axis of the air pressure of each chamber, or None without pressure."""
+    if not pressurised(history):
+        return None
+    lines = [
+        Series(name, history["time"], air / 1e3, colour, ":")
+        for (name, air), colour in zip(
+            chamber_pressures(history).items(), itertools.cycle(OF_CHAMBERS), strict=False
+        )
+    ]
+    return Axis(Scale("air pressure [kPa]", from_zero=True), lines)
+
+
+def motion(history: History) -> Iterator[Panel]:
+    """Yield the panel of displacement (left) and pressure (right), or of the one that exists."""
+    air = pressure(history)
+    if travels(history):
+        body, axis = travelling_column(history).split("_")
+        moved = displacement(history) * MILLI
+        line = Series(f"{body} displacement", history["time"], moved, BLUE)
+        yield Panel(Axis(Scale(f"{body} displacement in {axis} [mm]"), [line]), air)
+    elif air is not None:
+        yield Panel(air)
+
+
+def contact(history: History) -> Iterator[Panel]:
+    """Yield panels of the rows of spikes in contact and of the contact force."""
+    for column, (label, colour) in contacts_drawn(history).items():
+        line = Series(label, history["time"], history[column], colour)
+        scale = Scale(label, whole=column == "rows_in_contact", from_zero=True)
+        yield Panel(Axis(scale, [line]))
+
+
+def last_fall(pressure: np.ndarray) -> slice:
+    """Return the rows from the last highest pressure to the lowest pressure after it."""
+    highest = len(pressure) - 1 - int(np.argmax(pressure[::-1]))
+    return slice(highest, highest + 1 + int(np.argmin(pressure[highest:])))
+
+
+def deflation(history: History) -> dict[str, Diagram]:
+    """Return the figure of wall forces and speed over the air pressure in the last deflation.
+
+    It shows the forces on each row of spikes and on each side of the robot, and the speed
+    (along the pipe), all without vibration. The result is empty if there is no such data.
+    """
+    pressed = [name for name in history if name.startswith((ROW_FORCE, SIDE_FORCE))]
+    if not pressed or not pressurised(history):
+        return {}
+    fall = last_fall(history["pressure"])
+    time = history["time"][fall]
+    if len(time) < FEWEST_OF_A_FALL:
+        return {}
+
+    def smooth(values: np.ndarray) -> np.ndarray:
+        return thinned(time, values[fall], SAMPLES_OF_A_FALL).mean
+
+    kilo = smooth(history["pressure"]) / 1e3
+    panels = []
+    for prefix, title in ((ROW_FORCE, "force per row [N]"), (SIDE_FORCE, "force per side [N]")):
+        names = [name for name in pressed if name.startswith(prefix)]
+        lines = [
+            Series(name.removeprefix(prefix), kilo, smooth(history[name]), colour)
+            for name, colour in zip(names, itertools.cycle(COLOURS), strict=False)
+        ]
+        panels.append(Panel(Axis(Scale(title, from_zero=True), lines)))
+    if travels(history):
+        along = history["arc_length"] if has(history, "arc_length") else displacement(history)
+        speed = np.gradient(smooth(along) * MILLI, smooth(history["time"]))
+        drawn = [Series("speed", kilo, speed, BLUE)]
+        panels.append(Panel(Axis(Scale("speed [mm/s]", from_zero=True), drawn)))
+    return {"deflation": Diagram(TITLES["deflation"], Scale("air pressure [kPa]"), panels)}
+
+
+def gait(history: History) -> dict[str, Diagram]:
+    """Return the figure of the gait at the end of a run.
+
+    It shows when each row of spikes or limbs is in contact, and the height of rows that have a
+    probe of the same name. The result is empty if there is no such data.
+    """
+    rows = [name for name in history if name.startswith(ROW_FORCE)]
+    time = history["time"][-ROWS_OF_A_GAIT:]
+    coarse = np.diff(time).max(initial=0.0) > COARSEST_OF_A_GAIT * (1.0 + 1e-6)
+    if len(rows) < 2 or len(time) < ROWS_OF_A_GAIT or coarse:
+        return {}
+    heights, touching = [], []
+    for number, (name, colour) in enumerate(zip(rows, itertools.cycle(COLOURS), strict=False), 1):
+        row = name.removeprefix(ROW_FORCE).rpartition(".")[2]
+        if has(history, f"{row}_y"):
+            height = history[f"{row}_y"][-ROWS_OF_A_GAIT:] * MILLI
+            heights.append(Series(row, time * MILLI, height, colour))
+        touched = history[name][-ROWS_OF_A_GAIT:] > 0.0
+        bar = np.where(touched, float(number), np.nan)
+        touching.append(Series(row, time * MILLI, bar, colour))
+    panels = [Panel(Axis(Scale("height of row [mm]"), heights))] if heights else []
+    panels.append(Panel(Axis(Scale("rows in contact", whole=True), touching)))
+    return {"gait": Diagram(TITLES["gait"], Scale("time [ms]"), panels)}
+
+
+def energies(history: History) -> Iterator[Panel]:
+    """Yield panels of the energies and of the error of the energy balance."""
+    present = energies_drawn(history)
+    if not present:
+        return
+    time = history["time"]
+    factor, unit = joules(max(float(np.nanmax(np.abs(history[name]))) for name in present))
+    lines = [
+        Series(label, time, history[column] * factor, colour, kind)
+        for column, (label, colour, kind) in present.items()
+    ]
+    yield Panel(Axis(Scale(f"energy [{unit}]"), lines))
+    if has(history, "energy_error"):
+        error = Series("energy error", time, history["energy_error"] * 100.0, RED)
+        yield Panel(Axis(Scale("energy error [%]", from_zero=True), [error]), height=FLAT)
+
+
+def pull(history: History) -> Iterator[Panel]:
+    """Yield the panel of the tension of the tendon that holds the robot, and of the pressure."""
+    if has(history, "pull"):
+        line = Series("pull", history["time"], history["pull"], BLUE)
+        scale = Scale("tendon tension [N]", from_zero=True)
+        yield Panel(Axis(scale, [line]), pressure(history))
+
+
+def probes(history: History, units: Mapping[str, str]) -> Iterator[Panel]:
+    """Yield the panels of the probes, one for each unit."""
+    for unit, curves in curves_of(history, units).items():
+        quantity, _, drawn = QUANTITIES.get(unit, ("probe", 1.0, unit))
+        yield Panel(Axis(Scale(f"{quantity} [{drawn}]"), curves))
+
+
+def inflation(history: History, units: Mapping[str, str]) -> dict[str, Diagram]:
+    """Return the figure of the air pressure over the displacements and radii of probes, if any."""
+    name, curves = "pressure_probe", inflation_curves(history, units)
+    if not curves:
+        return {}
+    panel = Panel(Axis(Scale("air pressure [kPa]", from_zero=True), curves))
+    return {name: Diagram(TITLES[name], Scale("displacement or radius [mm]"), [panel])}
+
+
+# -------------------------------------------------------------------------------------------------
+# Spectra of materials and the Maxwell branches fitted to them: curves and numbers.
+
+SHOWN_BEYOND = 4.0
+"""Ratio of the plotted frequency range to the band on each side; there branches are extrapolated.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnSpectrum:
+    """Material with its branches as drawn.
+
+    name, long-term shear modulus [Pa], branches, and their fit to a spectrum, if they are
+    fitted.
+    """
+
+    name: str
+    long_term_modulus: float
+    series: MaxwellSeries
+    fit: MaxwellFit | None
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Lowest and highest frequency [Hz] of the band of the fit, or of the given branches."""
+        if self.fit is not None:
+            return self.fit.spectrum.band
+        turning = 1.0 / (2.0 * np.pi * self.series.relaxation_times)
+        return float(turning.min()), float(turning.max())
+
+
+def draw_spectra(materials: Sequence[DrawnSpectrum], path: Path) -> None:
+    """Draw `spectra_diagram` as PNG. Raises OutputError if the file cannot be written."""
+    draw(path, spectra_diagram(materials))
+
+
+def spectra_diagram(materials: Sequence[DrawnSpectrum]) -> Diagram:
+    """Return the diagram of storage modulus, loss factor and fit error over frequency.
+
+    Points are the spectrum, lines the branches, dashed beyond the band.
+    """
+    storage, loss, errors = [], [], []
+    for material, colour in zip(materials, cycle(COLOURS), strict=False):
+        low, high = material.band
+        inside = np.geomspace(low, high, 300)
+        beyond = np.geomspace(low / SHOWN_BEYOND, high * SHOWN_BEYOND, 300)
+        modulus = material.series.modulus
+        shown = [("", beyond, modulus(beyond), "--"), (material.name, inside, modulus(inside), "-")]
+        if material.fit is not None:
+            f, target = material.fit.spectrum.frequency, material.fit.spectrum.modulus
+            shown.append((f"{material.name}, spectrum", f, target, POINTS))
+            misses = 100.0 * np.abs(modulus(f) / target - 1.0)
+            largest = np.full(len(f), 100.0 * material.fit.largest_error)
+            errors += [Series("", f, misses, colour), Series("", f, largest, colour, ":")]
+        for name, f, complex_modulus, kind in shown:
+            kilo = material.long_term_modulus * complex_modulus.real / 1e3
+            storage.append(Series(name, f, kilo, colour, kind))
+            loss.append(Series("", f, complex_modulus.imag / complex_modulus.real, colour, kind))
+    panels = [
+        Panel(Axis(Scale("storage modulus, shear [kPa]", logarithmic=True), storage)),
+        Panel(Axis(Scale("loss factor", from_zero=True), loss)),
+    ]
+    if errors:
+        panels.append(Panel(Axis(Scale("error [%]", from_zero=True), errors), height=FLAT))
+    return Diagram("Spectra", Scale("frequency [Hz]", logarithmic=True), panels)
+
+
+def spectra_rows(material: DrawnSpectrum) -> list[tuple[str, str]]:
+    """Return the numbers of a material as (name, text): modulus, band, error, branches."""
+    series = material.series
+    low, high = (format_quantity(float(f"{f:.3g}"), "Hz") for f in material.band)
+    ends = series.modulus(np.array(material.band)).real
+    rows = [
+        ("long-term", f"{material.long_term_modulus / 1e3:.4g} kPa, shear"),
+        (
+            "band",
+            f"{low} to {high}: storage modulus {ends[0]:.3g} to {ends[1]:.3g} times the "
+            "long-term modulus",
+        ),
+    ]
+    if material.fit is not None:
+        error = 100.0 * material.fit.largest_error
+        rows.append(("error", f"at most {error:.2g} % of the complex modulus"))
+    for time, modulus, share in zip(
+        series.relaxation_times, series.moduli, series.shares, strict=True
+    ):
+        shown = format_quantity(float(f"{time:.4g}"), "s")
+        rows.append(
+            ("branch", f"{shown}, {modulus:.4g} times the long-term modulus, g = {share:.4g}")
+        )
+    return rows

@@ -6,10 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from softsim.materials.fitting import Fit
-from softsim.materials.law import Law
-from softsim.materials.modes import UNIAXIAL
-from softsim.materials.stability import LARGEST_STRETCH, SMALLEST_STRETCH, instability_stretch
+from softsim.materials.fitting import LARGEST_STRETCH, SMALLEST_STRETCH, Fit, instability_stretch
+from softsim.materials.law import UNIAXIAL, Law
 from softsim.materials.tensile import TensileTest
 from softsim.report.diagram import FLAT, POINTS, TALL, Axis, Diagram, Panel, Scale, Series
 from softsim.report.png import draw

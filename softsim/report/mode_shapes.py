@@ -9,7 +9,7 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import SubFigure
 
 from softsim.output.fields import Frames, SeriesInMemory
-from softsim.report.colours import MILLI
+from softsim.report.diagram import MILLI
 from softsim.report.snapshots import Arrangement, Pictures, arranged, pictures, show
 from softsim.report.style import COLOUR_MAP, WALL, drawing
 from softsim.solver.natural_modes import NaturalMode, NaturalModes

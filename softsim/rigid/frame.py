@@ -12,9 +12,10 @@ between the skin and its frame.
 import numpy as np
 import taichi as ti
 
-from softsim import backend, fields
-from softsim.fields import index_field, matrix_field, real_field, vector_field
-from softsim.nodes import PARTS, Nodes, parts_of
+from softsim.compute import backend, fields
+from softsim.compute.fields import index_field, matrix_field, real_field, vector_field
+from softsim.compute.nodes import PARTS, Nodes, parts_of
+from softsim.contact.wall import FixedFrame
 from softsim.rigid.body import RigidBodyData, in_space
 
 
@@ -335,3 +336,28 @@ def turned(q, angle):
         ]
     )
     return product / product.norm()
+
+
+# -------------------------------------------------------------------------------------------------
+# Axes of a rigid body, in which its outline is at rest.
+
+
+class BodyFrame(FixedFrame):
+    """Axes of rigid body number `body`, with the origin at its centre of mass."""
+
+    def __init__(self, bodies: RigidBodies, body: int) -> None:
+        self.bodies, self.body = bodies, body
+
+    @ti.func
+    def local_position(self, s, x):
+        """Return a position in the body's axes [m]."""
+        return self.bodies.to_body(s, self.body, x - self.bodies.centre[s, self.body])
+
+    @ti.func
+    def relative_velocity(self, s, x, v):
+        """Return the velocity [m/s] relative to the body's point at x, in the body's axes."""
+        return self.bodies.to_body(s, self.body, v - self.bodies.velocity_at(s, self.body, x))
+
+    @ti.func
+    def global_vector(self, s, f):
+        return self.bodies.to_space(s, self.body, f)

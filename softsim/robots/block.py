@@ -3,8 +3,8 @@
 import numpy as np
 
 from softsim.errors import MeshError
-from softsim.mesh.band import CellKind
 from softsim.mesh.mesh import Mesh, renumbered
+from softsim.mesh.surface import CellKind
 
 LARGEST_GRID = 5_000_000
 

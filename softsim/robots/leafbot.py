@@ -3,9 +3,9 @@
 import numpy as np
 
 from softsim.errors import MeshError
-from softsim.mesh.band import CellKind
 from softsim.mesh.mesh import Mesh, mirrored, renumbered, transformed
 from softsim.mesh.quality import check
+from softsim.mesh.surface import CellKind
 from softsim.robots.limits import (
     check_counts,
     check_positive,
@@ -14,8 +14,7 @@ from softsim.robots.limits import (
     least_thickness,
 )
 from softsim.robots.spike import spike
-from softsim.robots.spiked_strip import fineness_of, spiked_strip
-from softsim.robots.strip import whole
+from softsim.robots.spiked_strip import fineness_of, spiked_strip, whole
 
 
 def leafbot_section(

@@ -3,9 +3,9 @@
 import numpy as np
 
 from softsim.errors import MeshError
-from softsim.mesh.band import CellKind
 from softsim.mesh.mesh import Mesh, mirrored, renumbered, transformed
 from softsim.mesh.quality import check
+from softsim.mesh.surface import CellKind
 from softsim.robots.limits import (
     check_at_least_one,
     check_counts,
@@ -16,8 +16,8 @@ from softsim.robots.limits import (
     least_thickness,
 )
 from softsim.robots.spike import spike
-from softsim.robots.strip import even
-from softsim.robots.swept import layers_across, section, swept
+from softsim.robots.spike_patch import layers_across, section, swept
+from softsim.robots.spiked_strip import even
 
 LAYER_STRETCH = 3.5
 """Length of the cells between the limbs along z over that in the section.

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from softsim.errors import MeshError
-from softsim.mesh.band import CellKind
+from softsim.mesh.surface import CellKind
 from softsim.robots.spike import Spike, thickness
 
 

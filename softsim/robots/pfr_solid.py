@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from softsim.errors import MeshError
-from softsim.mesh.band import CellKind
 from softsim.mesh.mesh import Mesh, renumbered
 from softsim.mesh.quality import check
+from softsim.mesh.surface import CellKind
 from softsim.robots.block import check_cell_count
 from softsim.robots.limits import (
     check_counts,
@@ -20,8 +20,8 @@ from softsim.robots.limits import (
     least_thickness,
 )
 from softsim.robots.spike import spike
-from softsim.robots.strip import Strip
-from softsim.robots.swept import layers_across, section, swept
+from softsim.robots.spike_patch import layers_across, section, swept
+from softsim.robots.spiked_strip import Strip
 
 
 def pfr_solid(

@@ -10,11 +10,11 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from softsim.errors import MeshError
-from softsim.mesh.band import CellKind
 from softsim.mesh.mesh import Mesh, boundary_facets, facets_on, renumbered
 from softsim.mesh.quality import check
+from softsim.mesh.surface import CellKind
 from softsim.robots.block import FILLINGS, LARGEST_GRID, check_cell_count
-from softsim.robots.extrusion import EXTRUSIONS
+from softsim.robots.box import EXTRUSIONS
 from softsim.robots.limits import check_positive
 
 # Where there is material from the base up: base, channel, bridge, chamber above it, roof.

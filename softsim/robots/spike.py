@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softsim.errors import MeshError
-from softsim.mesh.band import CellKind
+from softsim.mesh.surface import CellKind
 from softsim.robots.block import check_cell_count
 
 SHARPEST_TIP = np.radians(15)

@@ -1,12 +1,15 @@
 """A patch of the PufferFace Robot's sleeve, laid flat: rows and columns of spikes on a skin."""
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
-from softsim.mesh.band import CellKind
-from softsim.mesh.mesh import Mesh, renumbered
+from softsim.mesh.mesh import Mesh, boundary_facets, facets_on, facets_touching, renumbered
 from softsim.mesh.quality import check
+from softsim.mesh.surface import CellKind
+from softsim.robots.box import EXTRUSIONS
 from softsim.robots.limits import (
     check_at_least_one,
     check_counts,
@@ -16,8 +19,107 @@ from softsim.robots.limits import (
     check_thickness,
     least_thickness,
 )
-from softsim.robots.spike import spike
-from softsim.robots.swept import layers_across, section, swept
+from softsim.robots.spike import CROSSINGS, Spike, spike
+from softsim.robots.spiked_strip import ROWS, Fin, Strip, even, even_columns, finned_strip
+
+# -------------------------------------------------------------------------------------------------
+# Skin with curved spikes in space: the section along its rows, swept across them.
+#
+# The spikes fill only some layers of the sweep, those of their width; the skin fills all.
+
+FEWEST_ACROSS = 2
+"""Smallest number of cells across a spike's width, and between neighbouring spikes."""
+
+STRETCH_ACROSS = 1.5
+"""Length of the cells along the sweep over that in the section, in which the body bends."""
+
+
+def section(
+    length: float,
+    skin: float,
+    centers: np.ndarray,
+    root: float,
+    tip: float,
+    shape: Spike,
+    element_size: float,
+    kind: CellKind,
+    skin_rows: int | None,
+    spike_columns: int | None,
+) -> Strip:
+    """Return the section of a skin [m] `length` long and `skin` thick, spikes upward on `centers`.
+
+    root, tip: thickness of a spike [m]. element_size: target length [m] of the sides of the cells.
+    skin_rows: of cells through the skin, spike_columns: across a spike, where given.
+    """
+    edges = [*(centers - root / 2), *(centers + root / 2)]
+    stations = np.sort([-length / 2, *edges, length / 2])
+    across = even((root + tip) / 2 / element_size)
+    columns = {"simplex": None, "quad": spike_columns or across}[kind]
+    x, ends = even_columns(stations, element_size, columns)
+    spikes = []
+    for center, (start, end) in zip(centers, list(pairwise(ends))[1:-1:2], strict=True):
+        lines = CROSSINGS[kind](shape, element_size, int(end - start))
+        spikes.append(Fin(start, end, [line + np.array([center, skin]) for line in lines[1:]]))
+    return finned_strip(x, skin, skin_rows or ROWS[kind](skin / element_size), spikes, kind)
+
+
+def layers_across(length: float, element_size: float) -> int:
+    """Return the number of layers of the sweep over this length [m], a spike's width or a gap."""
+    return max(FEWEST_ACROSS, round(length / (element_size * STRETCH_ACROSS)))
+
+
+def swept(
+    strip: Strip,
+    places: np.ndarray,
+    stations: np.ndarray,
+    spiked: Sequence[bool],
+    kind: CellKind,
+    inside: str,
+) -> Mesh:
+    """Return the strip swept through space, with spikes only in the layers that are `spiked`.
+
+    places: positions (m, n, 3) [m] of the strip's n nodes at each of m stations. stations: (layers
+    + 1, n) their numbers at the ends of the layers; where the sweep closes, the first ones are the
+    last. inside: name of the side without spikes.
+
+    Node sets: rear, front (ends of the skin along x), `inside`, outer (the spikes' roots included),
+    j1, j2 ... (spikes above the skin, row by row from the front), tips. Facet sets: `inside`, outer
+    (between the spikes), spikes (their free sides). Cell sets: skin, spikes. Without spikes their
+    sets are left out.
+    """
+    node = np.arange(places.size // 3).reshape(places.shape[:2])
+    skin_cells = EXTRUSIONS[kind]([strip.skin_cells] * len(spiked), stations)
+    fins = [strip.fin_cells if here else strip.fin_cells[:0] for here in spiked]
+    cells = np.concatenate([skin_cells, EXTRUSIONS[kind](fins, stations)])
+
+    # Between the spikes the strip's fins stand for nothing; their nodes are left out.
+    used = np.unique(cells)
+    number = np.full(node.size, -1)
+    number[used] = np.arange(len(used))
+    cells = number[cells]
+
+    def everywhere(nodes: np.ndarray) -> np.ndarray:
+        numbers = number[node[:, nodes].ravel()]
+        return numbers[numbers >= 0]
+
+    rear, front = (np.array([line[side] for line in strip.skin_lines]) for side in (0, -1))
+    sides = {
+        "rear": rear, "front": front, inside: strip.skin_lines[0], "outer": strip.skin_lines[-1],
+    }  # fmt: skip
+    node_sets = {name: everywhere(nodes) for name, nodes in sides.items()}
+    boundary = boundary_facets(cells, 3)
+    facet_sets = {name: facets_on(boundary, node_sets[name]) for name in (inside, "outer")}
+    cell_numbers = np.arange(len(cells))
+    cell_sets = {"skin": cell_numbers[: len(skin_cells)]}
+    if strip.fins:
+        spikes = np.concatenate(strip.fins)
+        height = strip.points[spikes, 1]
+        rows = enumerate(reversed(strip.fins), start=1)
+        node_sets |= {f"j{row}": everywhere(nodes) for row, nodes in rows}
+        node_sets["tips"] = everywhere(spikes[height > height.max() * (1 - 1e-9)])
+        facet_sets["spikes"] = facets_touching(boundary, everywhere(spikes))
+        cell_sets["spikes"] = cell_numbers[len(skin_cells) :]
+    return Mesh(places.reshape(-1, 3)[used], cells, node_sets, facet_sets, cell_sets)
 
 
 def spike_patch(

@@ -10,24 +10,22 @@ from dataclasses import asdict, replace
 import numpy as np
 from rich.console import Console
 
-from softsim import backend
+from softsim.compute import backend
+from softsim.compute.machine import Choice
 from softsim.errors import Interrupted, OutputError, SoftsimError, StabilityError
 from softsim.interruption import stop_signals
-from softsim.machine import Choice
 from softsim.model import Model
-from softsim.output.checkpoint import Checkpoint
 from softsim.output.compiling import compiling
 from softsim.output.console import ProgressReport, phase
+from softsim.output.folder import Checkpoint
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.run.cost import measured_profile
-from softsim.run.course import Results, Run
+from softsim.run.course import KERNEL, ROWS, Results, Run, WallClock
 from softsim.run.handover import EarlierStep
 from softsim.run.record import Record
-from softsim.run.wall_clock import KERNEL, ROWS, WallClock
-from softsim.solver.energy import EnergyReader
+from softsim.solver.energy import EnergyReader, interrupted_before_start, settle
 from softsim.solver.explicit import ExplicitSolver
-from softsim.solver.settling import interrupted_before_start, settle
-from softsim.stability.time_step import first_time_increment, time_increment
+from softsim.solver.stable_step import first_time_increment, time_increment
 
 log = logging.getLogger("softsim")
 WORDLESS = nullcontext()

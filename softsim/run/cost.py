@@ -20,13 +20,13 @@ from pathlib import Path
 import numpy as np
 import taichi as ti
 
-from softsim import backend
 from softsim.builder import build_model
+from softsim.compute import backend
 from softsim.errors import DeviceError
 from softsim.scene.loading import load_scene
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.increments import LARGEST_INDEX, TEAM
-from softsim.stability.time_step import first_time_increment
+from softsim.solver.stable_step import first_time_increment
 
 BLOCK_TIME = 0.02  # seconds of one measurement, so that the call itself does not count
 # A pass is repeated for so long [s], the best of so many times: ten passes take a second.

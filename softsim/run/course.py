@@ -6,25 +6,27 @@ and model only, so a run takes the same course whatever is computed beside it an
 
 import logging
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from softsim import backend
+from softsim.analysis.measures import failed_expectations, measures
+from softsim.analysis.passage import CrossingCondition, PassageCondition
+from softsim.compute import backend
 from softsim.errors import ExpectationError, SoftsimError, StabilityError
+from softsim.loads.air_line import AirLineSource
+from softsim.loads.drive import ControlledPressure, ControlledPressureSource, Scheduled
 from softsim.loads.pressure import Filling
-from softsim.loads.pressure_control import ControlState
+from softsim.loads.pressure_control import ControlState, EventCycles, PressureControl, Sensed
 from softsim.model import Model
-from softsim.output.checkpoint import Checkpoint
-from softsim.output.crossing import CrossingCondition
-from softsim.output.measures import failed_expectations, measures
+from softsim.output.console import Progress
+from softsim.output.folder import Checkpoint
 from softsim.output.observation import Observer, columns
-from softsim.output.passage import PassageCondition
-from softsim.output.progress import Progress
 from softsim.output.stop_conditions import (
     CycleLimit,
     MakesStopCondition,
@@ -34,15 +36,13 @@ from softsim.output.stop_conditions import (
     ended_by,
     see_history,
 )
-from softsim.run.control import feedback
 from softsim.run.record import Record
-from softsim.run.wall_clock import CHECKPOINTS, FRAMES, INSPECTIONS, ROWS, WallClock
 from softsim.scene.loading import LoadedScene
-from softsim.solver.chatter import chatter_warnings
-from softsim.solver.energy import EnergyBalance, EnergyReader
+from softsim.solver.energy import EnergyBalance, EnergyReader, moves, unbalanced_share
 from softsim.solver.explicit import Scenario, longest_block
 from softsim.solver.guards import (
     air_line_warnings,
+    chatter_warnings,
     hourglass_warnings,
     refuse_broken_elements,
     refuse_collapsed_chamber,
@@ -63,15 +63,165 @@ from softsim.solver.penetration import (
     thinnest_wall,
 )
 from softsim.solver.plausibility import doubts, output_doubts
-from softsim.solver.settling import moves, unbalanced_share
-from softsim.stability.reference_shape import ReferenceShape
-from softsim.stability.schedule import GROWTH, StableStepSchedule
-from softsim.stability.time_step import StableStep, estimator
+from softsim.solver.schedule import GROWTH, StableStepSchedule
+from softsim.solver.stable_step import StableStep, estimator
+from softsim.solver.stiffness_bound import ReferenceShape
+
+# -------------------------------------------------------------------------------------------------
+# Feedback: a row of the history goes to the pressure control, its command to the solver.
+#
+# Rows come at increments that depend on model and scene only, so a run decides the same whatever
+# stops it in between.
+
+log = logging.getLogger("softsim")
+
+
+class OpenLoop:
+    """Loop without feedback: the pressure of the robot's chamber, if any, is given over time."""
+
+    state: ControlState | None = None
+
+    def __init__(self, scenario: Scenario, drive: Scheduled | None) -> None:
+        self.scenario, self.drive = scenario, drive
+
+    def cycles_done(self) -> int:
+        """Return the number of pressure cycles that have ended; 0 without a falling pressure."""
+        return 0 if self.drive is None else self.drive.cycles_done(self.scenario.time)
+
+    def readings(self) -> dict[str, float]:
+        """Return the values of the column `cycles_done`."""
+        return {"cycles_done": self.cycles_done()}
+
+    def follow(self, row: Mapping[str, float]) -> None:
+        """Do nothing: rows of the history have no effect."""
+
+
+class ClosedLoop:
+    """Loop with feedback: the pressure of the robot's chamber depends on sensed quantities.
+
+    state: of a resumed run, changed in place; None for a run that begins.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        source: ControlledPressureSource | AirLineSource,
+        settings: EventCycles,
+        state: ControlState | None,
+    ) -> None:
+        self.scenario, self.source = scenario, source
+        self.control = PressureControl(settings, state)
+
+    @property
+    def state(self) -> ControlState:
+        """State for a checkpoint; the command in force is in the solver's state."""
+        return self.control.state
+
+    def cycles_done(self) -> int:
+        """Return the number of pressure cycles that have ended."""
+        return self.control.state.cycles_done
+
+    def readings(self) -> dict[str, float]:
+        """Return the values of the columns `cycles_done`, `cycle` and `phase`."""
+        return {
+            "cycles_done": self.cycles_done(),
+            "cycle": self.control.cycle,
+            "phase": self.control.phase_at(self.scenario.time),
+        }
+
+    def follow(self, row: Mapping[str, float]) -> None:
+        """Pass a row of the history to the control, and send its command, if any, to the solver."""
+        decision = self.control.sense(sensed(row))
+        if decision is None:
+            return
+        self.source.obey(self.scenario.number, decision.command)
+        log.info(
+            "t = %.6g s, cycle %d: %s at %.4g kPa, now %+.4g kPa/s",
+            row["time"], row["cycle"], decision.reason, 1e-3 * row["pressure"],
+            1e-3 * decision.command.rate,
+        )  # fmt: skip
+
+
+def feedback(scenario: Scenario, state: ControlState | None) -> OpenLoop | ClosedLoop:
+    """Return the loop for the pressure source of the robot's chamber; state: of a resumed run."""
+    chamber = scenario.model.chamber
+    if chamber is None:
+        return OpenLoop(scenario, None)
+    course = chamber.drive.course
+    if isinstance(course, ControlledPressure):
+        return ClosedLoop(scenario, scenario.term_of(chamber).source, course.settings, state)
+    return OpenLoop(scenario, course)
+
+
+def sensed(row: Mapping[str, float]) -> Sensed:
+    """Return the sensed quantities in a row of the history."""
+    place = tuple(row[name] for name in ("frame_x", "frame_y", "frame_z") if name in row)
+    turns = ("frame_rotation_x", "frame_rotation_y", "frame_rotation_z")
+    turn = [row[name] for name in turns] if "frame_z" in row else [0.0, 0.0, row["frame_angle"]]
+    axis = Rotation.from_rotvec(turn).apply([1.0, 0.0, 0.0])[: len(place)]
+    return Sensed(
+        row["time"], row["pressure"], row["rows_in_contact"], row["wall_force_normal"], place,
+        tuple(axis.tolist()),
+    )  # fmt: skip
+
+
+# -------------------------------------------------------------------------------------------------
+# The wall time of runs, and its division into parts.
+
+START, KERNEL = "start", "kernel"
+INSPECTIONS, ROWS, FRAMES, CHECKPOINTS = "inspections", "rows", "frames", "checkpoints"
+# Work of the host beside the increments.
+HOST_WORK = (INSPECTIONS, ROWS, FRAMES, CHECKPOINTS)
+
+
+class WallClock:
+    """Wall time of runs that are computed together.
+
+    It is measured from their start, from the start of their loop, and from the end of its first
+    block, which compiles kernels; the rate counts from there. counts_before: increments of each run
+    (scenarios,) done before that. spent: wall time [s] of each part; START is all before the loop,
+    including the settling of bodies.
+    """
+
+    def __init__(self) -> None:
+        self.began = time.monotonic()
+        self.first_increment_after = 0.0
+        self.spent = dict.fromkeys((START, KERNEL, *HOST_WORK), 0.0)
+
+    @property
+    def age(self) -> float:
+        """Wall time [s] since the runs began."""
+        return time.monotonic() - self.began
+
+    def enter_loop(self, increment_counts: np.ndarray) -> None:
+        """Mark the start of the loop; increment_counts (scenarios,): increments of each run."""
+        self.loop_began = self.steady_since = time.monotonic()
+        self.spent[START] = self.loop_began - self.began
+        self.counts_before = increment_counts.copy()
+
+    def note_block(self, increment_counts: np.ndarray) -> None:
+        """Mark the end of a block; increment_counts (scenarios,): increments done by each run."""
+        if self.first_increment_after == 0.0:
+            self.steady_since, self.counts_before = time.monotonic(), increment_counts.copy()
+            self.first_increment_after = self.steady_since - self.began
+
+    def parts(self) -> dict[str, float]:
+        """Return the wall time [s] since the runs began, by part; "other": the rest."""
+        whole = self.age
+        return self.spent | {"other": whole - sum(self.spent.values())}
+
+    @contextmanager
+    def spending_on(self, part: str) -> Iterator[None]:
+        """Add the wall time of the block to a part; blocks must not be nested."""
+        began = time.monotonic()
+        try:
+            yield
+        finally:
+            self.spent[part] += time.monotonic() - began
+
 
 # A stable step that has changed by this share is told.
 TOLD_CHANGE = 0.2
-
-log = logging.getLogger("softsim")
 
 
 @dataclass(frozen=True)

@@ -17,18 +17,18 @@ from pathlib import Path
 import psutil
 from rich.console import Console
 
-from softsim import backend
+from softsim.compute import backend
+from softsim.compute.machine import Choice
 from softsim.errors import OutputError, StabilityError
-from softsim.machine import Choice
 from softsim.model import Model
 from softsim.output.compiling import compiling
 from softsim.output.folder import RunFolder
 from softsim.output.observation import chamber_readings
 from softsim.run.batch import Batch
 from softsim.run.course import Run
-from softsim.run.files import RunFiles
+from softsim.run.record import RunFiles
 from softsim.scene.loading import LoadedScene
-from softsim.stability.time_step import first_time_increment
+from softsim.solver.stable_step import first_time_increment
 
 SILENT = Console(quiet=True)
 PILOT_INCREMENTS = 20_000  # at the step of rest

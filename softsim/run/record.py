@@ -10,13 +10,19 @@ from typing import Any, Protocol
 import numpy as np
 from rich.console import Console
 
-from softsim import backend
+from softsim.compute import backend
+from softsim.compute.machine import Choice
+from softsim.errors import OutputError
 from softsim.model import Model
-from softsim.output.checkpoint import Checkpoint
-from softsim.output.observation import columns
-from softsim.output.progress import Progress
+from softsim.output import folder as files
+from softsim.output.console import Progress
+from softsim.output.fields import FieldWriter, read_frames
+from softsim.output.folder import Checkpoint, RunFolder, read_checkpoint, write_checkpoint
+from softsim.output.history import TIME, History, read_history
+from softsim.output.observation import columns, description, frame, mesh_of
 from softsim.scene.loading import LoadedScene
 from softsim.solver.explicit import Scenario
+from softsim.solver.guards import strain_warnings
 
 log = logging.getLogger("softsim")
 
@@ -155,3 +161,205 @@ class Memory:
 
     def close(self) -> None:
         """Do nothing: no file is open."""
+
+
+# -------------------------------------------------------------------------------------------------
+# The files of a run: log, history, frames, checkpoint, summary.
+
+STARTING = "starting"
+"""Status in the summary of a run until its first increment."""
+
+
+class RunLog(logging.Handler):
+    """Handler that appends each line to a file. Raises OutputError if the disk refuses, where
+    logging's own would print a traceback or leave an open file behind.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.path = path
+        self.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Append the line of a record."""
+        with files.explained(self.path), self.path.open("a", encoding="utf-8") as stream:
+            stream.write(self.format(record) + "\n")
+
+
+class RunFiles:
+    """The files of a run: log, history, frames, checkpoint, summary.
+
+    loaded, model: the scene and what was built from it. resumed_at: time [s] from which the files
+    of a stopped run are continued; None: what an earlier run left in the folder is removed.
+    summary: as it was written last.
+
+    Raises OutputError if the disk refuses, or if there are no files to continue.
+    """
+
+    def __init__(
+        self,
+        loaded: LoadedScene,
+        model: Model,
+        target: RunFolder,
+        console: Console,
+        resumed_at: float | None = None,
+    ) -> None:
+        self.loaded, self.model, self.target, self.console = loaded, model, target, console
+        self.path = target.path
+        self.file_digests = loaded.file_digests()  # of the files that the model was just built from
+        self.summary: dict[str, Any] = {}
+        self.warnings: dict[str, str] = {}
+        if resumed_at is None:
+            for stale in (files.CHECKPOINT, files.SUMMARY, files.LOG):
+                (self.path / stale).unlink(missing_ok=True)
+        target.write_text_atomic(files.SCENE, loaded.resolved())
+        self.history = History(self.path / files.HISTORY, columns(model), resumed_at)
+        self.open_fields(resumed_at)
+        log.setLevel(logging.INFO)
+        self.log_file = RunLog(self.path / files.LOG)
+        with self.logged():
+            log.info("%s: %s", loaded.path, "starts" if resumed_at is None else "is resumed")
+        if resumed_at is None:
+            self.write_summary(
+                {"status": STARTING, "scene": str(loaded.path), "title": loaded.scene.title}
+            )
+
+    @property
+    def frame_count(self) -> int:
+        """Number of frames written."""
+        return self.fields.frame_count
+
+    def open_fields(self, resumed_at: float | None) -> None:
+        """Open the file of the frames, for those after `resumed_at` [s]; None: from the start."""
+        self.fields = FieldWriter(self.path / files.RESULTS, *mesh_of(self.model), resumed_at)
+        if resumed_at is None:
+            self.fields.describe(**description(self.model, self.loaded.scene.title))
+
+    @contextmanager
+    def logged(self) -> Iterator[None]:
+        """Write the messages logged in the block to this run's log: runs may alternate."""
+        log.addHandler(self.log_file)
+        try:
+            yield
+        finally:
+            log.removeHandler(self.log_file)
+
+    def warn(self, warnings: Mapping[str, str]) -> None:
+        """Write warnings (kind -> text) into the log and onto the console, the first of each kind
+        only; the summary lists them.
+        """
+        for kind, text in warnings.items():
+            if kind not in self.warnings:
+                self.warnings[kind] = text
+                log.warning(text)
+                self.console.print(f"warning: {text}", highlight=False, markup=False)
+
+    def tell(self, text: str) -> None:
+        """Write a message to the log and the console."""
+        log.info(text)
+        self.console.print(text, highlight=False)
+
+    def write_frame(self, scenario: Scenario) -> None:
+        """Write the current fields, unless already written, and warnings about their strains."""
+        if scenario.time > self.fields.last_time:
+            now = frame(scenario, self.loaded.scene.output.fields)
+            self.fields.append(scenario.time, now.point_data, now.cell_data, now.extra)
+            self.warn(strain_warnings(self.model, scenario.positions(), scenario.time))
+
+    def write_failed_frame(self, scenario: Scenario) -> None:
+        """Write the fields at which a guard stops the run."""
+        self.write_frame(scenario)
+
+    def write_checkpoint(
+        self, scenario: Scenario, progress: Progress, inspected: np.ndarray
+    ) -> None:
+        """Write the full state, from which --resume continues, after the rows before it.
+
+        inspected: places of the nodes (n, d) [m] at the last inspection.
+        """
+        self.history.save()
+        progress.row_count, progress.frame_count = self.history.row_count, self.frame_count
+        scene, device = self.loaded.scene.model_dump_json(), backend.device().name
+        content = Checkpoint(
+            scenario.state(), asdict(progress), inspected, scene, device, self.file_digests
+        )
+        write_checkpoint(self.path / files.CHECKPOINT, content)
+
+    def write_summary(self, summary: dict[str, Any]) -> None:
+        """Replace summary.json."""
+        self.summary = summary
+        self.target.write_json_atomic(files.SUMMARY, summary)
+
+    def rows(self) -> dict[str, np.ndarray]:
+        """Return the rows of the history so far (column -> array)."""
+        return read_history(self.path / files.HISTORY)
+
+    def close(self) -> None:
+        """Close the files."""
+        self.history.close()
+
+
+class FramelessFiles(RunFiles):
+    """Files of a run without frames: fields are written only if it fails."""
+
+    @property
+    def frame_count(self) -> int:
+        """Number of frames that a resumed run must find: none."""
+        return 0
+
+    def open_fields(self, resumed_at: float | None) -> None:
+        """Remove the frames of an earlier run."""
+        (self.path / files.RESULTS).unlink(missing_ok=True)
+
+    def write_frame(self, scenario: Scenario) -> None:
+        """Write the warnings about the strains of a frame."""
+        self.warn(strain_warnings(self.model, scenario.positions(), scenario.time))
+
+    def write_failed_frame(self, scenario: Scenario) -> None:
+        """Write the fields at which a guard stops the run."""
+        super().open_fields(None)
+        super().write_frame(scenario)
+
+
+def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, choice: Choice) -> Checkpoint:
+    """Return the checkpoint in a run folder.
+
+    Raises OutputError where there is none, it is of another scene or device, or the history or the
+    frames do not reach up to it.
+    """
+    path = target.path
+    checkpoint = read_checkpoint(path / files.CHECKPOINT)
+    mismatch = checkpoint.mismatch(loaded)
+    if mismatch:
+        raise OutputError(
+            f"the checkpoint in {path} {mismatch}",
+            hint=f"compare the scene with {path / files.SCENE}, or run without --resume",
+        )
+    if not choice.allows(checkpoint.device):
+        raise OutputError(
+            f"the checkpoint in {path} was computed on {checkpoint.device}, this run uses "
+            f"{choice.device}: the resumed run would not give identical results",
+            hint=f"resume with --device {checkpoint.device}",
+        )
+    progress = Progress.written(checkpoint.progress)
+    rows = read_history(path / files.HISTORY)[TIME]
+    _refuse_hole(path / files.HISTORY, rows, progress.time, progress.row_count)
+    if progress.frame_count:
+        frames = read_frames(path / files.RESULTS).times
+        _refuse_hole(path / files.RESULTS, frames, progress.time, progress.frame_count)
+    return checkpoint
+
+
+def _refuse_hole(file: Path, times: np.ndarray, reached: float, count: int) -> None:
+    """Raise OutputError if fewer than `count` of the times (n,) [s] in a file are up to the
+    checkpoint's, `reached` [s].
+    """
+    found = times[times <= reached]
+    if len(found) < count:
+        latest = f", the latest of t = {found[-1]:.6g} s" if len(found) else ""
+        raise OutputError(
+            f"{file} has {len(found)} of {count} entries up to the checkpoint at t = "
+            f"{reached:.6g} s{latest}: a resumed run would leave a gap",
+            hint=f"restore the complete file, or remove {files.CHECKPOINT} to start the run from "
+            "the beginning",
+        )

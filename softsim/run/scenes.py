@@ -8,20 +8,19 @@ from pathlib import Path
 
 from rich.console import Console
 
-from softsim import backend
 from softsim.builder import build_model
+from softsim.compute import backend
+from softsim.compute.machine import AUTO, Choice, choose, memory_of
 from softsim.errors import DeviceError, SoftsimError
-from softsim.machine import AUTO, Choice, choose, memory_of
 from softsim.model import Model
-from softsim.output.claim import claimed
-from softsim.output.folder import CHECKPOINT, RunFolder
+from softsim.output.folder import CHECKPOINT, RunFolder, claimed
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.run.batch import Batch, MakesSolver, new_solver
 from softsim.run.course import Results, conditions_of_scene
-from softsim.run.files import RunFiles, fitting_checkpoint
+from softsim.run.record import RunFiles, fitting_checkpoint
 from softsim.scene.loading import Loaded, LoadedScene, load_scene
 from softsim.scene.steps import AT_THE_START, Beginning
-from softsim.solver.memory import refuse_before_start, scenarios_that_fit
+from softsim.solver.explicit import refuse_before_start, scenarios_that_fit
 
 # Only a loop that took longer [s] is followed by measuring its passes: their kernel takes a second
 # or two to trace, ten or twenty to compile the first time.

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from softsim import backend
 from softsim.builder.chambers import commanded
+from softsim.compute import backend
+from softsim.compute.machine import AUTO, choose
 from softsim.errors import Interrupted, SimulationError, SoftsimError
 from softsim.interruption import stop_signals
 from softsim.loads import profile
@@ -24,12 +25,11 @@ from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
 from softsim.loads.pressure_control import Command
 from softsim.loads.rotor import Rotor, RotorForce
-from softsim.machine import AUTO, choose
 from softsim.model import Model
-from softsim.output.checkpoint import Checkpoint
+from softsim.output.folder import Checkpoint
 from softsim.output.observation import Pose, frame_pose, wall_forces
 from softsim.run.batch import Batch
-from softsim.run.control import OpenLoop
+from softsim.run.course import OpenLoop
 from softsim.run.record import Memory
 from softsim.run.scenes import ready_model
 from softsim.scene.loading import Loaded, LoadedScene, load_scene, scene_of, scene_said

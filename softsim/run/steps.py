@@ -12,19 +12,25 @@ from typing import Any
 
 from rich.console import Console
 
+from softsim.compute.machine import AUTO, Choice, choose
 from softsim.errors import Interrupted
-from softsim.machine import AUTO, Choice, choose
 from softsim.model import Model
-from softsim.output.checkpoint import Checkpoint, read_checkpoint
-from softsim.output.claim import claimed
-from softsim.output.folder import CHECKPOINT, HISTORY, SUMMARY, RunFolder, read_summary
+from softsim.output.folder import (
+    CHECKPOINT,
+    HISTORY,
+    SUMMARY,
+    Checkpoint,
+    RunFolder,
+    claimed,
+    read_checkpoint,
+    read_summary,
+)
 from softsim.output.history import read_history
 from softsim.run.batch import Batch
 from softsim.run.course import Results
-from softsim.run.files import RunFiles
-from softsim.run.handover import EarlierStep
+from softsim.run.handover import EarlierStep, fitting_steps, refuse_source, take_step
+from softsim.run.record import RunFiles
 from softsim.run.scenes import PROFILE_AFTER, outcome_of, ready_model, resumed
-from softsim.run.taken_steps import fitting_steps, refuse_source, take_step
 from softsim.scene.steps import AT_THE_START, Step, following
 
 

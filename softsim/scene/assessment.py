@@ -4,11 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from softsim.errors import Option, SceneError
-from softsim.scene.loading import LoadedScene, read_part, read_scene, validated
+from softsim.scene.loading import PREFIX, LoadedScene, read_part, read_scene, robot_names, validated
 from softsim.scene.reporting import did_you_mean
-from softsim.scene.robots import PREFIX, robot_names
-from softsim.scene.tree import Tree, merged
-from softsim.scene.yaml_reading import read_text
+from softsim.scene.text import Tree, merged, read_text
 
 ASSESS, REACH = Option("softsim assess"), Option("softsim reach")
 QUESTIONS = {

@@ -6,7 +6,6 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field
 
 from softsim.scene.measures import FORCE, FREQUENCY, LENGTH, NODES, NUMBER, SPEED, TIME, Measure
-from softsim.scene.part import Part, json_schema
 from softsim.scene.quantities import (
     Angle,
     Name,
@@ -16,6 +15,7 @@ from softsim.scene.quantities import (
     NotNegativeLength,
     NotNegativeTurningStiffness,
     Number,
+    Part,
     PositiveDensity,
     PositiveFrequency,
     PositiveLength,
@@ -25,6 +25,7 @@ from softsim.scene.quantities import (
     PositiveVelocity,
     Text,
     WholeNumber,
+    json_schema,
     written,
 )
 

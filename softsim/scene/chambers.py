@@ -5,7 +5,6 @@ from typing import Any, Literal, TypeVar
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from softsim.scene.part import Part
 from softsim.scene.profiles import (
     EventCyclesProfile,
     MassProfile,
@@ -17,6 +16,7 @@ from softsim.scene.quantities import (
     NotNegativePressure,
     NotNegativeVolume,
     Number,
+    Part,
     PositiveLength,
     PositivePressure,
     PositiveViscosity,

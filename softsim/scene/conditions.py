@@ -4,11 +4,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from softsim.scene.part import AT_REST, Part
 from softsim.scene.profiles import LengthProfile, VelocityProfile
 from softsim.scene.quantities import (
+    AT_REST,
     AngularVelocityOrVector,
     Axis,
+    Part,
     Point,
     PositiveMass,
     SetReference,

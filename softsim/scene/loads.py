@@ -5,7 +5,6 @@ from typing import Annotated, Any, Generic, Literal, TypeVar
 from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
 
 from softsim.scene.chambers import AddedGas, AddedVolume, FollowerPressure, Pneumatic
-from softsim.scene.part import ORIGIN, Part, told_by_presence
 from softsim.scene.profiles import (
     FactorProfile,
     ForceDensityProfile,
@@ -14,6 +13,7 @@ from softsim.scene.profiles import (
     StressProfile,
 )
 from softsim.scene.quantities import (
+    ORIGIN,
     Angle,
     AutoOrPositiveStiffness,
     AxisVector,
@@ -25,6 +25,7 @@ from softsim.scene.quantities import (
     NotNegativeTime,
     NotNegativeTurningStiffness,
     Number,
+    Part,
     Point,
     PositiveForce,
     PositiveFrequency,
@@ -34,6 +35,7 @@ from softsim.scene.quantities import (
     SetReference,
     StressVector,
     Text,
+    told_by_presence,
     written,
 )
 

@@ -1,6 +1,6 @@
 """Names and units of the measures that summary.json will have, known before a run.
 
-`output/measures.py` computes their values. A test checks that both agree.
+`analysis/measures.py` computes their values. A test checks that both agree.
 """
 
 from dataclasses import dataclass

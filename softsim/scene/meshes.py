@@ -4,9 +4,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from softsim.mesh.band import CellKind
-from softsim.scene.part import Part
-from softsim.scene.quantities import Length, PositiveLength, Text, WholeNumber, written
+from softsim.mesh.surface import CellKind
+from softsim.scene.quantities import Length, Part, PositiveLength, Text, WholeNumber, written
 
 
 class _Filled(Part):

@@ -4,16 +4,16 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from softsim.scene.columns import is_probe
-from softsim.scene.part import Part
 from softsim.scene.quantities import (
     Force,
     Length,
     Name,
     Number,
+    Part,
     PositiveTime,
     SetReference,
     Velocity,
+    is_probe,
     written,
 )
 

@@ -12,7 +12,6 @@ from typing import Annotated, Any, Generic, Literal, TypeVar, get_args
 
 from pydantic import Field, Tag, ValidationInfo, field_validator, model_validator
 
-from softsim.scene.part import Part, told_by_presence
 from softsim.scene.quantities import (
     Angle,
     Force,
@@ -22,6 +21,7 @@ from softsim.scene.quantities import (
     NotNegativePressure,
     NotNegativeTime,
     Number,
+    Part,
     PositiveForce,
     PositiveFrequency,
     PositivePressure,
@@ -33,6 +33,7 @@ from softsim.scene.quantities import (
     Velocity,
     Volume,
     WholeNumber,
+    told_by_presence,
     written,
 )
 

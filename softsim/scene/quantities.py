@@ -1,12 +1,17 @@
 """Field types of the schema: quantities with a unit, numbers, names, references to sets."""
 
+import json
 import math
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
+    BaseModel,
     BeforeValidator,
+    ConfigDict,
+    Discriminator,
     Field,
     GetJsonSchemaHandler,
     StringConstraints,
@@ -243,3 +248,113 @@ AxisVector = Annotated[
         }
     ),
 ]
+
+
+# -------------------------------------------------------------------------------------------------
+# Names of the columns of a history, which probes must not have.
+
+ROW_FORCE, SIDE_FORCE = "row_force_", "side_force_"
+"""Prefixes of the columns of rows of spikes and of sides of the robot."""
+
+CHAMBER_PRESSURE = "pressure_"
+"""Prefix of the columns of chambers, for a robot with several of them."""
+
+FIXED_COLUMNS = frozenset(
+    {
+        "time",
+        "pressure",
+        "section_pressure",
+        "chamber_volume",
+        "cycle",
+        "phase",
+        *(f"frame_{axis}" for axis in "xyz"),
+        "frame_angle",
+        *(f"frame_rotation_{axis}" for axis in "xyz"),
+        *(f"body_{axis}" for axis in "xyz"),
+        "contact_count",
+        "contact_area",
+        "rows_in_contact",
+        *(f"wall_force_{axis}" for axis in "xyz"),
+        "wall_force_normal",
+        "slip_share",
+        "pull",
+        "tether_drag",
+        "internal_energy",
+        "hourglass_energy",
+        "kinetic_energy",
+        "external_work",
+        "friction_dissipation",
+        "viscous_dissipation",
+        "contact_energy",
+        "energy_error",
+        "unbalanced_share",
+        "rear_x",
+        "front_x",
+        "arc_length",
+        "branch",
+        "cycles_done",
+        "clearance",
+        "frame_wall_force",
+        "frame_pinch",
+        "frame_drag",
+        "thrust",
+        "drag",
+        "narrowing_drag",
+    }
+)
+"""All columns of observation.columns, except those of rows, further chambers and probes."""
+
+
+def is_probe(column: str) -> bool:
+    """Return True if a column of a history belongs to a probe."""
+    own = (ROW_FORCE, SIDE_FORCE, CHAMBER_PRESSURE)
+    return column not in FIXED_COLUMNS and not column.startswith(own)
+
+
+# -------------------------------------------------------------------------------------------------
+# Base class of the parts of a scene, and choice between classes of parts.
+
+ORIGIN = written("0 mm", "0 mm")
+AT_REST = written("0 mm/s", "0 mm/s")
+
+
+class Part(BaseModel):
+    """Anything in a scene: frozen, and strict about its keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True)
+
+
+def json_schema(model: type[BaseModel]) -> dict[str, Any]:
+    """Return the JSON schema of a class, with short names of classes such as `PressureTable`."""
+    schema = model.model_json_schema()
+    text = json.dumps(schema)
+    for name, definition in schema["$defs"].items():
+        text = text.replace(f'#/$defs/{name}"', f'#/$defs/{definition["title"]}"')
+    read: dict[str, Any] = json.loads(text)
+    read["$defs"] = {definition["title"]: definition for definition in read["$defs"].values()}
+    return read
+
+
+def told_by_key(classes: Mapping[str, type[Part]]) -> Discriminator:
+    """Return a discriminator that selects a class by the first key of a mapping in `classes`."""
+
+    def tag(value: Any) -> str | None:
+        if isinstance(value, dict):
+            return next((key for key in value if key in classes), None)
+        return next((key for key, each in classes.items() if isinstance(value, each)), None)
+
+    return Discriminator(tag)
+
+
+def told_by_presence(tag: str, keys: Collection[str], otherwise: str) -> Discriminator:
+    """Return a discriminator between two spellings of one kind.
+
+    It selects `tag` if a mapping has any of `keys`, and `otherwise` if it has none.
+    """
+
+    def told(value: Any) -> str:
+        if isinstance(value, Mapping):
+            return tag if any(key in value for key in keys) else otherwise
+        return tag if any(hasattr(value, key) for key in keys) else otherwise
+
+    return Discriminator(told)

@@ -9,15 +9,19 @@ from typing import Any
 from pydantic import ValidationError
 
 from softsim.errors import SceneError
-from softsim.scene.structure import (
+from softsim.scene.text import (
+    Keys,
     Model,
     Place,
+    Tree,
     discriminators,
+    entries,
     first_key,
+    nearest,
     place_in,
     place_of,
+    plain,
 )
-from softsim.scene.tree import Keys, Tree, entries, nearest, plain
 
 MOST_SHOWN = 20
 # Names that begin with a word are told where it has so many letters, and so many of them.

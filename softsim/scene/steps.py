@@ -26,7 +26,7 @@ from softsim.scene.loads import PulledCable, Tendon, Tether
 from softsim.scene.quantities import NAME
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.schema import Scene
-from softsim.scene.tree import Keys, Tree, child, entries, merged
+from softsim.scene.text import Keys, Tree, child, entries, merged
 
 OF_A_STEP = ("time", "expect")
 ENDED = ("loads", "conditions")

@@ -19,12 +19,12 @@ from typing import NamedTuple
 import numpy as np
 import taichi as ti
 
-from softsim import backend
+from softsim.compute import backend
+from softsim.compute.backend import ThreadCount
+from softsim.compute.fields import index_field, real_field, rounded, write, write_row
+from softsim.compute.term import Pass
 from softsim.errors import DeviceError
-from softsim.fields import index_field, real_field, rounded, write, write_row
 from softsim.solver.terms import Passes, Terms
-from softsim.solver.threads import ThreadCount
-from softsim.term import Pass
 
 # Increments in one call by launches: a call costs as much as ten launches (60 us; measured on an
 # H200), and each increment is traced and compiled.

@@ -1,9 +1,9 @@
 """Natural frequencies and mode shapes of bodies at rest, each held where its nodes are not free.
 
 K phi = omega^2 M phi with the stiffness of the forces of a run (rest_stiffness.py) and the masses
-of the nodes, scaled where the run scales them (mass_scaling.py). Rigid motions of a body, or of a
-piece of it that nothing holds, have no frequency and are left out. Tied bodies vibrate as one; the
-independent components q are then those that are not tied (elements/ties.py).
+of the nodes, scaled where the run scales them (compute/mass_scaling.py). Rigid motions of a body,
+or of a piece of it that nothing holds, have no frequency and are left out. Tied bodies vibrate as
+one; the independent components q are then those that are not tied (elements/ties.py).
 
 Maxwell branches stiffen a vibration. The frequency of a mode with the fractions e_r of its elastic
 energy in the regions r, whose materials have the storage moduli mu_r', solves
@@ -26,8 +26,7 @@ from softsim.elements.layer import Layer
 from softsim.errors import ModesError
 from softsim.materials.material import Material
 from softsim.model import Body, Model
-from softsim.solver.joined_bodies import joined_bodies
-from softsim.solver.rest_stiffness import incidence, rest_stiffness
+from softsim.solver.rest_stiffness import incidence, joined_bodies, rest_stiffness
 
 SHIFT = 1e-3
 """Shift of the spectrum below zero for the inverse iteration, over (c / L)^2 of `wave_frequency`.

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softsim.contact.wall import Wall
-from softsim.mesh.bearing import side_lengths
+from softsim.mesh.surface import side_lengths
 from softsim.model import Model, SelfContactData
 from softsim.solver.explicit import Scenario
 

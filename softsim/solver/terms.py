@@ -1,7 +1,7 @@
 """Taichi terms of a model, and the stages of passes that make one increment.
 
 An increment consists of the stages drift, forces and kick in this order. Stage gives the order in
-which forces are computed (softsim/term.py).
+which forces are computed (softsim/compute/term.py).
 """
 
 from collections.abc import Sequence
@@ -12,27 +12,23 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from softsim.contact.corner_contact import CornerContact
-from softsim.contact.corner_surface import CornerSurface
+from softsim.compute.mass_scaling import ScaledNodes
+from softsim.compute.nodes import PARTS, Nodes
+from softsim.compute.term import Pass, Stage, Term
+from softsim.contact.corner_contact import CornerContact, CornerSurface
 from softsim.contact.deformable_surface import DeformableSurface
-from softsim.contact.frame import FixedFrame
 from softsim.contact.neighbour_lists import NeighbourLists, margin_and_room
-from softsim.contact.offset import OffsetWall
 from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import SurfaceContact
-from softsim.contact.wall import Obstacle, Wall
+from softsim.contact.wall import FixedFrame, Obstacle, OffsetWall, Wall
 from softsim.elements.cable import CableTerm
 from softsim.elements.fibre import FibreTerm
+from softsim.elements.geometry import joined_regions
 from softsim.elements.layer import LayerTerm
-from softsim.elements.region import joined_regions
 from softsim.elements.ties import TieTerm
 from softsim.model import LOCAL_DAMPING, ContactData, CornerData, Model
-from softsim.nodes import PARTS, Nodes
-from softsim.rigid.frame import RigidBodies
-from softsim.rigid.outline import BodyFrame
-from softsim.scaled_nodes import ScaledNodes
-from softsim.solver.chatter import return_time
-from softsim.term import Pass, Stage, Term
+from softsim.rigid.frame import BodyFrame, RigidBodies
+from softsim.solver.guards import return_time
 
 Passes = list[Pass]
 """Passes of one stage, which do not need each other's results and may run in parallel."""

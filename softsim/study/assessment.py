@@ -12,8 +12,8 @@ from typing import Any
 from softsim.errors import Option, SceneError
 from softsim.scene.loading import LoadedScene
 from softsim.scene.loads import EccentricMass
-from softsim.scene.surroundings import PipePathWall
-from softsim.scene.tree import nearest
+from softsim.scene.text import nearest
+from softsim.scene.walls import PipePathWall
 from softsim.study.loading import LoadedStudy, loaded_study, tree_of
 
 

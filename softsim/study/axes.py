@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from softsim.errors import SceneError
 from softsim.scene.reporting import did_you_mean
-from softsim.scene.tree import Tree, child, listed
+from softsim.scene.text import Tree, child, listed
 from softsim.study.schema import PlotPart
 
 

@@ -20,7 +20,7 @@ from softsim.errors import SceneError
 from softsim.scene.measures import Measure
 from softsim.scene.quantities import Quantity
 from softsim.scene.reporting import did_you_mean
-from softsim.scene.tree import Tree, nearest
+from softsim.scene.text import Tree, nearest
 from softsim.study.cases import Value
 from softsim.study.factors import Factor, Interval, NumberFactor
 from softsim.study.measures import MeasureColumn, number_column

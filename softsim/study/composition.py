@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from softsim.errors import SceneError
-from softsim.scene.loading import Loaded, file_keys
+from softsim.scene.loading import Loaded, file_keys, robot_names
 from softsim.scene.reporting import did_you_mean
-from softsim.scene.robots import robot_names
-from softsim.scene.tree import Tree, child, entries
+from softsim.scene.text import Tree, child, entries
 from softsim.study.cases import (
     SOURCES,
     Setting,

@@ -18,10 +18,9 @@ import numpy as np
 
 from softsim.errors import SceneError
 from softsim.scene.loading import Loaded, keys_at
-from softsim.scene.part import Part
+from softsim.scene.quantities import Part
 from softsim.scene.reporting import did_you_mean
-from softsim.scene.structure import Place, place_in
-from softsim.scene.tree import Keys, Tree, entries, listed, nearest
+from softsim.scene.text import Keys, Place, Tree, entries, listed, nearest, place_in
 from softsim.study.cases import Setting, Value
 from softsim.study.factors import Factor, Interval, at, quantity_of
 from softsim.study.schema import (

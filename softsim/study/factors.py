@@ -12,13 +12,10 @@ from pydantic_core import PydanticCustomError
 
 from softsim import units
 from softsim.errors import SceneError
-from softsim.scene.loading import keys_at
+from softsim.scene.loading import flow_text, keys_at
 from softsim.scene.quantities import Quantity
 from softsim.scene.reporting import did_you_mean
-from softsim.scene.resolved import flow_text
-from softsim.scene.structure import Place, place_in
-from softsim.scene.tree import Origin, Tree, child, entries, listed
-from softsim.scene.yaml_reading import is_file
+from softsim.scene.text import Origin, Place, Tree, child, entries, is_file, listed, place_in
 from softsim.study.axes import Axis
 from softsim.study.cases import Setting, Value, setting
 from softsim.study.schema import KeyFactor, VariantsFactor

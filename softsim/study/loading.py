@@ -1,5 +1,6 @@
 """A study, read from a file or from Python values and checked: its columns, and its cases."""
 
+import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -8,18 +9,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 from pydantic import ValidationError
 
 from softsim.errors import Option, SceneError
 from softsim.scene.reporting import scene_error
-from softsim.scene.tree import Scalar, Tree, entries, nearest, plain
-from softsim.scene.yaml_reading import read_file
+from softsim.scene.text import Scalar, Tree, entries, nearest, plain, read_file
 from softsim.study.axes import Axis, Goal, Plot, chosen_plots, given_plots
 from softsim.study.bisection import Bisection, bisection_of, boundary, cells, runs_left
 from softsim.study.cases import Case, Value, forget_files, resolved
 from softsim.study.composition import Composition, checked_scenes, composed
 from softsim.study.design import Perturbation, perturbations, point_count, points, refuse_misfit
-from softsim.study.factors import Space
+from softsim.study.factors import Interval, Space
 from softsim.study.measures import MeasureColumn, goal_of, measure_column
 from softsim.study.schema import BisectionDesign, GridDesign, PointDesign, Study
 
@@ -276,3 +277,68 @@ def _scalar(value: Any, origin: Option) -> Scalar:
         return value
     hint = "only numbers, texts, lists and mappings can"
     raise SceneError(f"a {type(value).__name__} cannot be part of a study", hint, origin)
+
+
+# -------------------------------------------------------------------------------------------------
+# Description of a study in a few rows of text.
+
+MOST_SHOWN = 6
+"""Largest number of values of a factor that are all written; of more, only some are."""
+
+
+def describe(study: LoadedStudy) -> list[tuple[str, str]]:
+    """Return rows of text on the factors and settings of a study."""
+    factors = study.composition.factors
+    return [(f.axis.column, space_text(f.axis, f.space)) for f in factors] + settings(study)
+
+
+def settings(study: LoadedStudy) -> list[tuple[str, str]]:
+    """Return rows of text on shared settings, design, repeats, measures and goal of a study."""
+    rows = []
+    if study.study.scene is not None:
+        rows.append(("scene", study.study.scene))
+    if study.study.robot is not None:
+        rows.append(("robot", study.study.robot))
+    if study.study.set:
+        written = yaml.safe_dump(study.study.set, default_flow_style=True, width=math.inf)
+        rows.append(("in all cases", written.strip()[1:-1]))  # without the braces
+    if study.bisection is not None:
+        rows.append(("design", sought_text(study, study.bisection)))
+    if study.design is not None:
+        kind = study.design.kind.replace("_", " ")
+        rows.append(("design", f"{kind}, {count_text(study.case_count, 'case')}"))
+    if study.perturbed:
+        perturbed = ", ".join(f"{one.path} by {one.written.text}" for one in study.perturbed)
+        rows.append(("repeats", f"{study.repeats} of each case, perturbed: {perturbed}"))
+    rows.append(("measures", ", ".join(measure.column for measure in study.measures)))
+    if study.goal is not None:
+        rows.append(("goal", f"{study.goal.sense} {study.goal.measure}"))
+    return rows
+
+
+def space_text(axis: Axis, space: Space) -> str:
+    """Return the values of a factor as text."""
+    spacing = ", logarithmic" if axis.logarithmic else ""
+    if isinstance(space, Interval):
+        return f"{space.low:g} to {space.high:g}, continuous{spacing}"
+    shown = [value if isinstance(value, str) else f"{value:g}" for value in space]
+    if len(shown) > MOST_SHOWN:
+        return f"{len(shown)} values, {', '.join(shown[:3])} ... {shown[-1]}{spacing}"
+    return ", ".join(shown) + spacing
+
+
+def sought_text(study: LoadedStudy, sought: Bisection) -> str:
+    """Return a description of a bisection: its target, assumption, and largest number of cases."""
+    axis = next(axis for axis in study.factors if axis.name == sought.factor)
+    cell_count = study.case_count // sought.most_runs
+    return (
+        f"bisection: where {sought.measure} crosses {sought.share:g} as {axis.name} increases, to "
+        f"within {sought.tolerance:g} {axis.unit}".rstrip()
+        + f", assumed to happen once; in {count_text(cell_count, 'cell')} at most "
+        f"{count_text(study.case_count, 'case')}"
+    )
+
+
+def count_text(count: int, thing: str) -> str:
+    """Return a count with its noun: "1 case", "2 cases"."""
+    return f"{count:,} {thing}" + ("" if count == 1 else "s")

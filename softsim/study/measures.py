@@ -14,7 +14,7 @@ from softsim.errors import SceneError
 from softsim.scene.measures import Measure
 from softsim.scene.quantities import Quantity
 from softsim.scene.reporting import did_you_mean
-from softsim.scene.tree import Tree, child, nearest
+from softsim.scene.text import Tree, child, nearest
 from softsim.study.axes import Axis, Goal
 from softsim.study.cases import Value
 from softsim.study.factors import Reading

@@ -8,8 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, Tag, WithJsonSchema, model_validator
 
-from softsim.scene.part import Part, json_schema, told_by_key
-from softsim.scene.quantities import Name, Number, Text, WholeNumber
+from softsim.scene.quantities import Name, Number, Part, Text, WholeNumber, json_schema, told_by_key
 
 
 def _number_or_text(value: Any) -> Any:

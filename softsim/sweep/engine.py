@@ -19,9 +19,9 @@ import dask
 from distributed import Client, Future, KilledWorker, LocalCluster, Worker, WorkerPlugin
 from distributed.client import FutureCancelledError
 
+from softsim.compute.machine import chosen_device, processor_count
 from softsim.errors import ClusterError, Interrupted, SoftsimError
 from softsim.interruption import ask_threads_to_stop, stop_signals
-from softsim.machine import chosen_device, processor_count
 from softsim.output.folder import RunFolder
 from softsim.study.cases import LOST, WAITING
 from softsim.sweep.job import (

@@ -4,28 +4,101 @@ In Python they are started from `softsim.Study`.
 """
 
 import sys
-from collections.abc import Collection, Iterator, Sequence
+import time
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from statistics import mean
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import polars
 from rich.console import Console
 
-from softsim.errors import ClusterError, SceneError
-from softsim.machine import device_of_trials
-from softsim.output.folder import RunFolder
-from softsim.output.study_folder import CASES
-from softsim.scene.tree import nearest
+from softsim.compute.machine import choose, chosen_device, device_of_trials, processor_count
+from softsim.errors import ClusterError, SceneError, SoftsimError
+from softsim.output.folder import CASES, RunFolder
+from softsim.report.figures import duration
+from softsim.scene.text import nearest
 from softsim.study.axes import Goal
-from softsim.study.cases import DONE, LOST, PRUNED, Case
-from softsim.study.loading import LoadedStudy, load_study, study_from
+from softsim.study.cases import DONE, LOST, PRUNED, Case, ChainSource, Source, resolved
+from softsim.study.loading import LoadedStudy, count_text, load_study, study_from
 from softsim.study.schema import Objective
-from softsim.sweep.checks import refusals
 from softsim.sweep.engine import WorkerPool, completed, pool_for
-from softsim.sweep.job import Job, Outcome, Simulate, history_of, simulate
-from softsim.sweep.ledger import NOTHING_LEFT, StudyTable, kept_ledger, record_of, told_size
+from softsim.sweep.job import (
+    NOTHING_LEFT,
+    WALL_TIME,
+    Job,
+    Outcome,
+    Simulate,
+    StudyTable,
+    history_of,
+    kept_ledger,
+    record_of,
+    simulate,
+    told_size,
+)
+
+# -------------------------------------------------------------------------------------------------
+# Cases that cannot run, found before anything runs: scenes are read and models are built.
+
+LONGEST = 15.0
+"""Seconds of wall time after which the remaining cases are left unchecked."""
+
+MOST_TOLD = 10
+"""Cases that cannot run that are named one by one."""
+
+
+def refusals(jobs: Sequence[Job], device: str, longest: float = LONGEST) -> Iterator[str]:
+    """Yield a line for each case that cannot run, and one that sums them up.
+
+    Nothing is yielded where all cases can run. The checks end after `longest` seconds; the last
+    line then says how many cases were checked.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        Cases that are about to run.
+    device : str
+        auto, cpu or cuda.
+    longest : float
+        Wall time [s].
+    """
+    began, checked, refused = time.monotonic(), 0, 0
+    for job in jobs:
+        if checked and time.monotonic() - began > longest:
+            break
+        checked += 1
+        try:
+            CHECKS[type(job.case.source)](job, device)
+        except SoftsimError as error:
+            refused += 1
+            if refused <= MOST_TOLD:
+                values = ", ".join(f"{name} {value}" for name, value in job.case.values.items())
+                reason = " ".join(error.message.split())
+                yield f"case {job.case.number} cannot run ({values}): {reason}"
+    if refused or checked < len(jobs):
+        yield (
+            f"{refused} of the {checked} cases checked cannot run"
+            + f"; {len(jobs) - checked} were not checked, to save time" * (checked < len(jobs))
+        )
+
+
+def _check_elements(job: Job, device: str) -> None:
+    from softsim.run.scenes import ready_model  # Taichi is imported from here on
+
+    ready_model(resolved(job.case), choose(chosen_device(device), "1"))
+
+
+def _check_chain(job: Job, device: str) -> None:
+    resolved(job.case)
+
+
+CHECKS: dict[type[Source], Callable[[Job, str], None]] = {
+    Source: _check_elements, ChainSource: _check_chain,
+}  # fmt: skip
+"""Function that checks a case."""
 
 
 def sweep(
@@ -360,8 +433,8 @@ class Study:
         OutputError
             The folder holds no study.
         """
-        from softsim.report.study.figures import draw_study  # imports matplotlib
         from softsim.report.study.page import write_study_page
+        from softsim.report.study.plots import draw_study  # imports matplotlib
 
         folder = Path(out or Path("runs") / self.loaded.path.stem)
         draw_study(folder)
@@ -389,3 +462,88 @@ def refuse_unguarded_script() -> None:
             f"{script} would start this study again in each of its worker processes",
             hint='call it under  if __name__ == "__main__":',
         )
+
+
+# -------------------------------------------------------------------------------------------------
+# Estimated cost of the cases of a study, from stored cases, a short trial run, or one case.
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Estimated cost of a case.
+
+    seconds: time on one core or one graphics card. basis: what the estimate rests on. is_bound:
+    True for an upper bound.
+    """
+
+    seconds: float
+    basis: str
+    is_bound: bool
+
+
+def cost_line(each: Cost, runs: int, device: str, workers: int | None) -> str:
+    """Return a line with the total cost of the runs."""
+    alone = chosen_device(device) == "cuda"
+    count = workers or (1 if alone else processor_count())
+    most, place = "at most " * each.is_bound, "GPU hours" if alone else "core hours"
+    hours = runs * each.seconds / 3600.0
+    return (
+        f"cost {most or 'about '}{hours:.3g} {place}, {hours / count:.3g} h with "
+        f"{count_text(count, 'worker')}: {count_text(runs, 'run')} of {most}"
+        f"{duration(each.seconds)}, {each.basis}"
+    )
+
+
+def stored_cost(frame: polars.DataFrame) -> Cost | None:
+    """Return the mean cost of the stored cases; None where there are none."""
+    times = frame.filter(polars.col("status") == DONE)[WALL_TIME].drop_nulls().to_list()
+    if not times:
+        return None
+    span = f"{duration(min(times))} to {duration(max(times))}"
+    basis = (
+        f"the mean of {count_text(len(times), 'case')} stored, {span}; other cases may take longer"
+    )
+    return Cost(mean(times), basis, False)
+
+
+def cost_in_pilot(job: Job, device: str) -> Cost:
+    """Return the cost of a finite element case, estimated by a short trial run.
+
+    Raises SoftsimError where the scene is invalid or a guard stops the trial.
+    """
+    from softsim.run.pilot import predicted_duration  # Taichi is imported from here on
+    from softsim.run.scenes import ready_model
+
+    choice, loaded = choose(chosen_device(device), "1"), resolved(job.case)
+    began = time.perf_counter()
+    model = ready_model(loaded, choice)
+    built_in = time.perf_counter() - began
+    found = predicted_duration(loaded, model, choice)
+    basis = (
+        f"{found.increment_count:.3g} increments each, estimated from a short trial run of case "
+        f"{job.case.number} over {100.0 * found.covered:.0f} % of its load history, alone on "
+        "this machine and with its steps; less if a verdict ends a run early"
+    )
+    return Cost(built_in + found.prepared + found.loop, basis, True)
+
+
+def cost_of_chain(job: Job, device: str) -> Cost:
+    """Return the cost of a case of a chain, which is run; SoftsimError where it cannot run."""
+    from softsim.chain.running import run_chain
+
+    with TemporaryDirectory() as folder:
+        began = time.perf_counter()
+        run_chain(resolved(job.case), Path(folder))
+        seconds = time.perf_counter() - began
+    return Cost(seconds, f"measured by running case {job.case.number}", False)
+
+
+COSTS: dict[type[Source], Callable[[Job, str], Cost]] = {
+    Source: cost_in_pilot, ChainSource: cost_of_chain,
+}  # fmt: skip
+"""Class of the source of a case -> function that estimates its cost."""
+
+
+def estimated_cost(job: Job, device: str) -> Cost:
+    """Return the estimated cost of a case; SoftsimError where it cannot run."""
+    return COSTS[type(job.case.source)](job, device)

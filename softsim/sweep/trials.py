@@ -21,11 +21,11 @@ from optuna.storages.journal import JournalFileBackend, JournalStorage
 from optuna.study import StudyDirection
 from optuna.trial import TrialState
 
+from softsim.analysis.measures import measures
 from softsim.errors import OutputError, SceneError
 from softsim.model import Model
-from softsim.output.measures import measures
+from softsim.output.folder import CASES
 from softsim.output.stop_conditions import MakesStopCondition
-from softsim.output.study_folder import CASES
 from softsim.study.cases import FAILED, Case, Value, case_key, resolved
 from softsim.study.design import even_shares
 from softsim.study.factors import Interval, Space, at, rounded

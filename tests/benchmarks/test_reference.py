@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.ceiling import Ceiling, CeilingError, compiled, compiler, write_problem
 from softsim.solver.energy import EnergyReader
-from softsim.stability.time_step import stable_step
+from softsim.solver.stable_step import stable_step
 
 RUBBER = """
 materials:

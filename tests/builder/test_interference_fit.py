@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.contact.fit import FittedWall
+from softsim.contact.wall import FittedWall
 from softsim.errors import SceneError
 
 SCENE = """

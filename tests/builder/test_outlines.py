@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from softsim.stability.time_step import stable_step
+from softsim.solver.stable_step import stable_step
 
 BLOCK = "{mesh: {generator: block, length: 2 mm, height: 2 mm, element_size: 2 mm}, "
 BOX = BLOCK.replace("block", "box").replace("height", "width: 2 mm, height")

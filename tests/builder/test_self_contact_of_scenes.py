@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from softsim.builder.self_contact import depth_inside, plane_strain_modulus
+from softsim.builder.contact import depth_inside, plane_strain_modulus
 from softsim.errors import SceneError
 from softsim.robots.block import block
 from softsim.robots.box import box
-from softsim.stability.contact_stiffness import SurfaceStiffness
+from softsim.solver.contact_bound import SurfaceStiffness
 
 TWO = """\
 bodies:

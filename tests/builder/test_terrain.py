@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from softsim.analysis.passage import CrossingCondition, crossing_report
 from softsim.contact import polyline, terrain
 from softsim.errors import MeshError, SceneError
-from softsim.output.crossing import CrossingCondition, crossing_report
 from softsim.output.stop_conditions import see_history
 from softsim.scene.measures import OF_CROSSINGS
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from softsim.chain.backbone import BendingForce, Joint, Tilt, WaveForce
+from softsim.chain.chain import Motors
 from softsim.chain.ground import (
     ContactDamper,
     Damper,
@@ -14,7 +15,6 @@ from softsim.chain.ground import (
     WeightFriction,
 )
 from softsim.chain.lattice import ladder, line
-from softsim.chain.motor import Motors
 
 STIFFNESSES = np.array([1000.0, 500.0, 500.0])
 P = np.array([[0.02, -0.0004], [0.001, 0.0003], [-0.012, -0.0007]])

@@ -5,8 +5,7 @@ import pytest
 
 from softsim.chain.building import build_chain
 from softsim.chain.loading import load_chain
-from softsim.chain.motion import Motion
-from softsim.chain.track import track_measures
+from softsim.chain.motion import Motion, track_measures
 
 
 def test_a_track_is_told_without_the_shaking_of_the_motor():

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from softsim.output.claim import claimed
+from softsim.output.folder import claimed
 
 SCENE = """
 bodies:
@@ -280,7 +280,7 @@ def test_threads_that_do_not_fit_exit_with_2(softsim, write_scene, tmp_path, com
 
 
 def test_an_absent_gpu_is_no_silent_fallback(softsim, write_scene, tmp_path):
-    from softsim import machine
+    from softsim.compute import machine
 
     if machine.cuda_device_count():
         pytest.skip("this machine has a CUDA device")
@@ -296,7 +296,7 @@ def test_schemas_are_json(softsim):
 
 
 def test_devices(softsim):
-    from softsim.machine import processor
+    from softsim.compute.machine import processor
 
     said = softsim("devices", "--seconds", "0").stdout
     assert "auto selects" in said

@@ -3,8 +3,8 @@
 import numpy as np
 import taichi as ti
 
-from softsim import fields
-from softsim.nodes import PARTS
+from softsim.compute import fields
+from softsim.compute.nodes import PARTS
 from softsim.solver.explicit import ExplicitSolver
 
 # Two blocks, half a millimetre of air between them, their nodes not opposite each other.

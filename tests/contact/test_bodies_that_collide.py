@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from surface_rig import PLANE
 
-from softsim import fields
-from softsim.solver.energy import EnergyBalance, EnergyReader
+from softsim.compute import fields
+from softsim.solver.energy import EnergyBalance, EnergyReader, wall_contact
 from softsim.solver.increments import Span
-from softsim.solver.wall_contact import wall_contact
-from softsim.stability.time_step import stable_step
+from softsim.solver.stable_step import stable_step
 
 ASLANT = "bodies.upper.initial_velocity=[3 m/s, -8 m/s]"
 
@@ -71,7 +70,7 @@ def test_a_resumed_run_goes_on_to_the_same_bits(build, start):
 
 def test_workers_give_the_bits_of_one_in_self_contact(build, restart):
     """One thread by itself or two side by side."""
-    from softsim.machine import processor_count
+    from softsim.compute.machine import processor_count
     from softsim.solver.explicit import ExplicitSolver
 
     if processor_count() == 1:

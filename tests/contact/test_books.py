@@ -8,7 +8,7 @@ by the trapezoidal work and (f_n^2 - f_0^2) dt^2 / 8 m, to round-off.
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 
 MASS = 10e-3
 SCENE = f"""

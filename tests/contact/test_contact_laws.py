@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from softsim.contact.laws import limit_with_memory, normal_force, shear_force, slip
+from softsim.contact.forces import limit_with_memory, normal_force, shear_force, slip
 
 
 @ti.kernel

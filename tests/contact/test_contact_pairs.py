@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from softsim import fields
 from softsim.builder import build_model
+from softsim.compute import fields
 from softsim.errors import SceneError
 from softsim.output.acting import acting
 from softsim.scene.loading import load_scene

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.contact.cylinder import Cylinder
+from softsim.contact.simple_walls import Cylinder
 
 HALF, RADIUS = 30e-3, 20e-3
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from surfaces import box, sphere
 
-from softsim.contact import distance_grid, triangle_surface
-from softsim.contact.distance_grid import SpacingError, least_spacing, shape_of_grid
+from softsim.contact import grid as distance_grid
+from softsim.contact import triangle_surface
+from softsim.contact.grid import SpacingError, least_spacing, shape_of_grid
 from softsim.contact.triangle_surface import TriangleSurface
 from softsim.errors import MeshError
 

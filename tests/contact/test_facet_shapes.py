@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from softsim import fields
-from softsim.contact.facet_shapes import Edge, Triangle, is_farther
+from softsim.compute import fields
+from softsim.contact.deformable_surface import Edge, Triangle, is_farther
 
 
 @pytest.mark.parametrize("shape", [Edge(), Triangle()], ids=["edge", "triangle"])

@@ -4,9 +4,9 @@ import numpy as np
 import taichi as ti
 from surfaces import sphere
 
-from softsim import fields
+from softsim.compute import fields
 from softsim.contact import triangle_surface
-from softsim.contact.gridded_walls import GriddedObstacle
+from softsim.contact.grid import GriddedObstacle
 from softsim.contact.triangle_surface import TriangleSurface
 
 
@@ -17,7 +17,7 @@ def hollow(spacing=0.9e-3):
 
 def look(walls, scenario, places):
     """Gaps (n,) and normals (n, d) that contact computes."""
-    from softsim.fields import real_field, vector_field
+    from softsim.compute.fields import real_field, vector_field
 
     obstacle = GriddedObstacle(walls)
     x = vector_field(places)

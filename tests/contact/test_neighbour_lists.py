@@ -3,7 +3,7 @@
 import numpy as np
 from surface_rig import PLANE, SurfaceRig, pressed_together
 
-from softsim import fields
+from softsim.compute import fields
 from softsim.contact.deformable_surface import DEPTH, NEIGHBOURHOOD
 from softsim.contact.neighbour_lists import MARGIN
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 from softsim.contact.pipe_network import PipeNetwork
 from tests.contact.pipe_layouts import layout, places_around
 
@@ -14,7 +14,7 @@ def asking(obstacle, places, scenarios):
     """
     import taichi as ti
 
-    from softsim.fields import index_field, real_field, vector_field
+    from softsim.compute.fields import index_field, real_field, vector_field
 
     x = vector_field(places)
     asked = index_field(np.zeros((scenarios, len(places))))
@@ -43,7 +43,7 @@ def test_gap_and_normal(fresh_taichi, dimension):
     where two walls are equally near. Side by side in both ways to close the ends; the nodes start
     where they are.
     """
-    from softsim.contact.network_obstacle import NetworkObstacle
+    from softsim.contact.pipe_network import NetworkObstacle
 
     paths = [layout(dimension, (False, True)), layout(dimension, (True, False))]
     x = places_around(paths[0], 2000, 2e-3, seed=6)
@@ -69,7 +69,7 @@ def test_nodes_are_followed_through_the_whole_path(fresh_taichi, dimension):
     """From before the start into the wall of any segment at once: they pass every joint on their
     way, and back again.
     """
-    from softsim.contact.network_obstacle import NetworkObstacle
+    from softsim.contact.pipe_network import NetworkObstacle
 
     path = layout(dimension)
     x = places_around(path, 2000, 2e-3, seed=7)
@@ -88,8 +88,8 @@ def test_nodes_are_followed_through_the_whole_path(fresh_taichi, dimension):
 
 def test_scenarios_of_other_lengths(fresh_taichi):
     """Paths of another number of segments side by side: each has its own."""
-    from softsim.contact.network_obstacle import NetworkObstacle
     from softsim.contact.pipe_layout import Straight, path_of_items
+    from softsim.contact.pipe_network import NetworkObstacle
 
     short = path_of_items("pipe", [Straight(0.01)], 0.03, np.zeros(2), (True, True))
     paths = [layout(2), short]
@@ -104,7 +104,7 @@ def test_nodes_that_cannot_touch_are_not_asked(fresh_taichi, dimension):
     """While they wander about at random, up to a tenth of a millimetre a step: every node in the
     wall is asked, and once more when it is out again; of those a millimetre from it few are.
     """
-    from softsim.contact.network_obstacle import NetworkObstacle
+    from softsim.contact.pipe_network import NetworkObstacle
 
     path = layout(dimension)
     x = places_around(path, 300, 0.2e-3, seed=8)

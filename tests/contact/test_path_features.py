@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from softsim.contact.path_features import Edge, features, narrowings, nearest_feature
 from softsim.contact.pipe_layout import Bend, Step, Straight, Taper, path_of_items
+from softsim.contact.pipe_path import Edge, features, narrowings, nearest_feature
 
 QUARTER = 0.5 * np.pi
 ITEMS = [

@@ -132,7 +132,7 @@ def test_kernels(fresh_taichi, dimension):
     """Gaps of numpy to round-off, of networks with one to three bores side by side, and unit
     normals that are the gradient of the gap.
     """
-    from softsim.contact.network_obstacle import NetworkObstacle
+    from softsim.contact.pipe_network import NetworkObstacle
 
     walls = [network(kind, dimension) for kind in KINDS]
     x, h = places(dimension, 10_000, seed=4), 1e-7
@@ -154,7 +154,7 @@ def test_a_penalty_does_no_work_around_a_loop(fresh_taichi, dimension):
     """k g n along closed ways through the walls of an edge: k g^2 / 2 is its potential, so the work
     is what the trapezoidal rule leaves of it.
     """
-    from softsim.contact.network_obstacle import NetworkObstacle
+    from softsim.contact.pipe_network import NetworkObstacle
 
     one = network("aside", dimension)
     turn = np.linspace(0.0, 2.0 * np.pi, 20_001)

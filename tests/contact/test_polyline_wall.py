@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from softsim import fields
+from softsim.compute import fields
 from softsim.contact import terrain
-from softsim.contact.edge_cells import MOST_CELLS, RIM, cells_of
-from softsim.contact.polyline import checked_polyline
-from softsim.contact.polyline_wall import PolylineWall
+from softsim.contact.polyline import MOST_CELLS, RIM, PolylineWall, cells_of, checked_polyline
 
 GROUND = np.array([[0, 0], [10, 0], [9, 4], [16, 4], [17, 1], [18, 4], [30, 6]]) * 1e-3
 STEP = np.array([[-10, 0], [0, 0], [0, -5], [10, -5]]) * 1e-3
@@ -34,7 +32,7 @@ def printed():
 
 def look(walls, scenario, places):
     """Gaps (n,) and normals (n, d) that contact computes."""
-    from softsim.fields import real_field, vector_field
+    from softsim.compute.fields import real_field, vector_field
 
     obstacle = walls[0].obstacle(walls, places)
     x = vector_field(places)

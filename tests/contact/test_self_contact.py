@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from surface_rig import PLANE, SPACE, SurfaceRig, crumpled, pressed_together
 
-from softsim import fields
-from softsim.builder.self_contact import plane_strain_modulus
+from softsim.builder.contact import plane_strain_modulus
+from softsim.compute import fields
 
 THICKNESS = 5e-3
 FRICTIONLESS = ("contact.friction_coefficient=0", "contact.damping_ratio=0")

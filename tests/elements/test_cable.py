@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
+from softsim.elements.cable import CableStiffness
 from softsim.rigid.body import in_space
 from softsim.solver.explicit import ExplicitSolver
-from softsim.stability.cable_stiffness import CableStiffness
 
 FAR = """
 bodies:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.elements.embedding import embedded, holding_cells
+from softsim.elements.fibre import embedded, holding_cells
 from softsim.mesh.mesh import boundary_facets, simplexes
 
 # A cube of two wedges, as hexahedra with corners that fall together, and a cube beside it.

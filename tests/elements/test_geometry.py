@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from softsim.elements.axisymmetric import Axisymmetric
-from softsim.elements.measures import principal_values
+from softsim.elements.geometry import Region, principal_values
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.quadrature import simplex_gradients
-from softsim.elements.region import Region
 from softsim.elements.ring_section import RingSection
 from softsim.elements.solid import Solid
 from softsim.robots.block import block
@@ -74,7 +73,7 @@ def test_mass_shares_are_positive_and_whole(geometry, points, cells):
 def test_a_section_of_more_cells_than_a_batch_is_the_same(monkeypatch, found):
     """Rings are known by their number among all cells, not among those of a batch."""
     whole = getattr(RINGS, found)(STRIPS, PAIRED)
-    monkeypatch.setattr("softsim.mesh.batches.BATCH", 7)
+    monkeypatch.setattr("softsim.mesh.mesh.BATCH", 7)
     np.testing.assert_array_equal(getattr(RINGS, found)(STRIPS, PAIRED), whole)
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
+from softsim.elements.geometry import Region
 from softsim.elements.plane_strain import PlaneStrain
-from softsim.elements.region import Region
 from softsim.materials.material import Material
 from softsim.materials.yeoh import Yeoh
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from softsim.elements.measures import cauchy_stress, measure_elements
+from softsim.elements.geometry import Region, cauchy_stress, measure_elements
 from softsim.elements.plane_strain import PlaneStrain
-from softsim.elements.region import Region
 from softsim.materials.material import Material
 from softsim.materials.yeoh import Yeoh
 from softsim.robots.block import block

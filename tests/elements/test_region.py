@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from softsim.elements.region import joined_regions
+from softsim.elements.geometry import joined_regions
 
 BEAM = """
     mesh: {generator: block, length: 8 mm, height: 2 mm, element_size: 1 mm}

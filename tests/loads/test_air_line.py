@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 from softsim.errors import StabilityError
 from softsim.loads.air_line import AirLine, Tube
 from softsim.loads.drive import GivenPressure
@@ -34,7 +34,7 @@ def course(fresh_taichi):
     """Makes an air line go through increments; `breath` [m^3]: amplitude of the chamber at 5 Hz."""
     import taichi as ti
 
-    from softsim import backend
+    from softsim.compute import backend
 
     @ti.data_oriented
     class Course:

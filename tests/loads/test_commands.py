@@ -24,7 +24,7 @@ def pressures(source, scenario, times):
     """Pressure [Pa] by the kernel's own function."""
     import taichi as ti
 
-    from softsim.fields import read, real_field
+    from softsim.compute.fields import read, real_field
 
     @ti.data_oriented
     class Reading:
@@ -59,7 +59,7 @@ def test_each_scenario_obeys_its_own_command(source):
 
 
 def test_commands_are_remembered(source):
-    from softsim.fields import read
+    from softsim.compute.fields import read
 
     source.obey(0, Command(6e3, 1.0, -5e3, 2e3))
     source.obey(1, Command(3e3, 0.5, 0.0, 4e3))

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.loads.cycles import Cycle, cycles_of
-from softsim.loads.profile import Profile, cycles, natural_deflation
+from softsim.loads.profile import Cycle, Profile, cycles, cycles_of, natural_deflation
 
 
 def test_cycles_end_after_their_rest():

@@ -21,7 +21,7 @@ def pressures(drive, volumes, t):
     """Pressure [Pa] by the kernel's own function."""
     import taichi as ti
 
-    from softsim import backend
+    from softsim.compute import backend
 
     source = drive.source([drive])
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 
 SCENE = """
 bodies:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from softsim.builder import library_material
 from softsim.errors import MaterialError
 from softsim.materials.fitting import fit_law
-from softsim.materials.modes import EQUIBIAXIAL, UNIAXIAL
+from softsim.materials.law import EQUIBIAXIAL, UNIAXIAL
 from softsim.materials.mooney_rivlin import MooneyRivlin
 from softsim.materials.neo_hooke import NeoHooke
 from softsim.materials.ogden import Ogden

@@ -8,15 +8,14 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from softsim.builder import library_material, library_names
-from softsim.materials.functions import Functions
-from softsim.materials.law import FirstInvariantLaw
+from softsim.materials.fitting import first_unstable_I1, instability_stretch
+from softsim.materials.law import FirstInvariantLaw, Functions
 from softsim.materials.laws import LAWS
 from softsim.materials.material import Material, bulk_modulus_from_poisson_ratio
 from softsim.materials.maxwell import MaxwellSeries
 from softsim.materials.mooney_rivlin import MooneyRivlin
 from softsim.materials.neo_hooke import NeoHooke
 from softsim.materials.ogden import Ogden
-from softsim.materials.stability import first_unstable_I1, instability_stretch
 from softsim.materials.yeoh import Yeoh
 
 

@@ -4,9 +4,14 @@ import numpy as np
 import pytest
 
 from softsim.errors import MaterialError
-from softsim.materials.maxwell import MaxwellSeries
-from softsim.materials.maxwell_fit import best_fit, fewest_branches
-from softsim.materials.spectrum import Spectrum, constant_loss_factor, fractional
+from softsim.materials.maxwell import (
+    MaxwellSeries,
+    Spectrum,
+    best_fit,
+    constant_loss_factor,
+    fewest_branches,
+    fractional,
+)
 
 SILICONE = fractional(330e-6, 0.32, (2.0, 5000.0))
 

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softsim.materials.modes import EQUIBIAXIAL, PLANAR, UNIAXIAL
+from softsim.materials.fitting import first_unstable_I1, instability_stretch
+from softsim.materials.law import EQUIBIAXIAL, PLANAR, UNIAXIAL
 from softsim.materials.mooney_rivlin import MooneyRivlin
 from softsim.materials.neo_hooke import NeoHooke
 from softsim.materials.ogden import Ogden
-from softsim.materials.stability import first_unstable_I1, instability_stretch
 from softsim.materials.yeoh import Yeoh
 
 MODES = [UNIAXIAL, EQUIBIAXIAL, PLANAR]

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from softsim.errors import MeshError
-from softsim.mesh.abaqus_elements import FACES
+from softsim.mesh.abaqus import FACES
 from softsim.mesh.mesh import boundary_facets, signed_volumes
 from softsim.mesh.reading import read_mesh
 

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from softsim.mesh.band import quadrilateral_band, stacked_bands, triangle_band
 from softsim.mesh.mesh import signed_volumes
+from softsim.mesh.surface import quadrilateral_band, stacked_bands, triangle_band
 
 
 def two_lines(below: int, above: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

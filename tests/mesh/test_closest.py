@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.mesh.closest import at, closest_on_facets
+from softsim.mesh.surface import at, closest_on_facets
 
 # A sheet of two warped quadrilaterals and a triangle, which has its last corner twice.
 POINTS = np.array(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from softsim.errors import MeshError
-from softsim.mesh.points_reading import read_points
+from softsim.mesh.reading import read_points
 
 
 def written(tmp_path, text):

@@ -1,10 +1,10 @@
-"""What scene/measures.py says that a run tells is what output/measures.py finds."""
+"""What scene/measures.py says that a run tells is what analysis/measures.py finds."""
 
 import numpy as np
 import pytest
 
+from softsim.analysis.measures import measures
 from softsim.builder import build_model
-from softsim.output.measures import measures
 from softsim.output.observation import columns
 from softsim.scene.loading import load_scene
 from softsim.scene.measures import OF_RUNS, produced

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from softsim.errors import OutputError, SceneError
-from softsim.output.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
+from softsim.output.folder import Checkpoint, read_checkpoint, write_checkpoint
 from softsim.scene.loading import load_scene
 
 SCENE_OF_FILES = """

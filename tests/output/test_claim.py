@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from softsim.errors import OutputError
-from softsim.output.claim import OWNER, claimed
+from softsim.output.folder import OWNER, claimed
 
 
 def test_a_second_claim_is_refused_with_the_name_of_the_first(tmp_path):
@@ -33,7 +33,7 @@ def test_a_claim_that_has_ended_leaves_the_folder_free(tmp_path):
 def test_a_killed_process_keeps_nobody_out(tmp_path):
     """kill -9 leaves the name of the owner, not its claim."""
     code = (
-        "import sys; from pathlib import Path; from softsim.output.claim import claimed\n"
+        "import sys; from pathlib import Path; from softsim.output.folder import claimed\n"
         f"with claimed(Path({str(tmp_path)!r})):\n"
         "    print('claimed', flush=True); sys.stdin.read()"
     )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from softsim.output.measures import measures
+from softsim.analysis.measures import measures
 from softsim.scene.measures import OF_RUNS
 
 BODY = """

@@ -4,7 +4,7 @@ import polars
 import pytest
 
 from softsim.errors import OutputError
-from softsim.output.study_folder import (
+from softsim.output.folder import (
     STUDY,
     TABLE,
     TABLE_TEXT,

@@ -8,8 +8,7 @@ import pytest
 from softsim.contact import pipe_layout
 from softsim.contact.pipe_layout import Bend, Straight, Taper
 from softsim.reach.answer import Distance, distance, load_of, needed, straight_distance
-from softsim.reach.pull import Bracket
-from softsim.reach.tension import Tether, Way, ways
+from softsim.reach.tension import Bracket, Tether, Way, ways
 from softsim.reach.trials import Heading, TrialPipe
 
 WEIGHT, FRICTION = 0.03, (0.5, 0.75)

@@ -10,9 +10,8 @@ from rich.console import Console
 
 from softsim.errors import SceneError, StabilityError
 from softsim.reach.plan import Plan, plan_for
-from softsim.reach.running import Search, searches, seek
+from softsim.reach.running import Search, searches, seek, write_answer
 from softsim.reach.trials import BEST, Heading, Puller, TrialPipe, drag_override, progress
-from softsim.reach.writing import write_answer
 from softsim.report.reach import draw_reach, in_words, pull_rows, read_reach
 from softsim.scene.assessment import REACH, load_layout
 from softsim.scene.loading import load_scene

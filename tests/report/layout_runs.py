@@ -4,15 +4,14 @@ from pathlib import Path
 
 import numpy as np
 
+from softsim.analysis.passage import layout_report, path_samples
 from softsim.contact.pipe_layout import Bend, Step, Straight, Taper, path_of_items
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.mesh.mesh import Mesh
 from softsim.model import Passage
-from softsim.output.along_path import path_samples
 from softsim.output.fields import FieldWriter
 from softsim.output.folder import HISTORY, RESULTS, RunFolder
 from softsim.output.history import History
-from softsim.output.verdict import layout_report
 
 QUARTER = 0.5 * np.pi
 ITEMS = [

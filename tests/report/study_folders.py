@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import polars
 
-from softsim.output.study_folder import StudyRecord, read_study, write_study, write_table
+from softsim.output.folder import StudyRecord, read_study, write_study, write_table
 from softsim.study.axes import Axis, Goal, Plot
 from softsim.study.bisection import Bisection, boundary
 from softsim.study.factors import Interval

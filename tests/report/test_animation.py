@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 from softsim.errors import OutputError
 from softsim.output.fields import FieldWriter, read_frames
 from softsim.output.folder import RESULTS
-from softsim.report.page.animation import (
+from softsim.report.page.robot import (
     FINENESS,
     LEVELS,
     MOST_FRAMES,

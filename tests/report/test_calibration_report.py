@@ -7,7 +7,7 @@ import yaml
 from softsim.calibration.curves import WallCurve
 from softsim.calibration.mapping import matched
 from softsim.calibration.result import Calibration, Stiffnesses
-from softsim.calibration.stiffness import Stiffness
+from softsim.calibration.specimen import Stiffness
 from softsim.report.calibration import (
     calibration_rows,
     draw_calibration,

@@ -8,8 +8,7 @@ from typer.testing import CliRunner
 
 from softsim.cli import app
 from softsim.errors import OutputError
-from softsim.report.film import draw_film
-from softsim.report.recorded import recorded
+from softsim.report.figures import draw_film, recorded
 
 
 @pytest.mark.parametrize("run", ["strip_run", "box_run"])

@@ -8,20 +8,19 @@ import pytest
 from layout_runs import ITEMS, write_layout_run
 from matplotlib.image import imread
 
+from softsim.analysis.passage import path_samples
 from softsim.contact.pipe_layout import Bend, Straight, path_of_items
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.errors import OutputError
-from softsim.output.along_path import path_samples
 from softsim.output.fields import read_frames
 from softsim.output.folder import HISTORY, RESULTS, read_summary
 from softsim.output.history import read_history
-from softsim.report.along_pipe import Pipe, pipes_described
+from softsim.report.along_pipe import Pipe, draw_layout, pipes_described, places, robots
 from softsim.report.diagram import Stripe
 from softsim.report.figures import draw_all
-from softsim.report.layout import draw_layout, places, robots
 from softsim.report.png import draw_stripes
+from softsim.report.reach import stripes_of
 from softsim.report.style import drawing
-from softsim.report.way import stripes_of
 from softsim.robots.block import block
 from softsim.robots.box import box
 

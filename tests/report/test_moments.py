@@ -5,7 +5,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from softsim.report.moments import Moment, moments, onset_of_motion
+from softsim.report.snapshots import Moment, moments, onset_of_motion
 
 TIME = np.linspace(0.0, 6.0, 6001)
 PRESSURE = np.interp(TIME, [0.0, 1.0, 1.5, 6.0], [0.0, 5e3, 5e3, 1e3])

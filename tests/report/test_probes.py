@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from softsim.report.probes import curves_of, inflation_curves
-from softsim.report.signals import signals
-from softsim.scene.columns import FIXED_COLUMNS
+from softsim.report.curves import curves_of, inflation_curves, signals
+from softsim.scene.quantities import FIXED_COLUMNS
 
 RISING = np.linspace(0.0, 1.0, 11)
 UNITS = {

@@ -14,8 +14,16 @@ from layout_runs import write_layout_run
 from softsim.errors import OutputError
 from softsim.output.folder import HISTORY, SCENE, RunFolder
 from softsim.output.history import History
-from softsim.report.page.run import run_context, setting, write_run_page
-from softsim.report.page.verdicts import BAD, GOOD, OPEN, expectations, verdicts
+from softsim.report.page.run import (
+    BAD,
+    GOOD,
+    OPEN,
+    expectations,
+    run_context,
+    setting,
+    verdicts,
+    write_run_page,
+)
 from softsim.report.table import cell
 from softsim.robots.block import block
 

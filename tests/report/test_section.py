@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 
 from softsim.output.fields import Frames, read_frames
 from softsim.output.folder import RESULTS
-from softsim.report.cables import rigid_faces_at
-from softsim.report.section import (
+from softsim.report.body import (
     HalfSection,
     Section,
     behind,
@@ -20,6 +19,7 @@ from softsim.report.section import (
     outline_corners,
     outlines_at,
     right_of_axis,
+    rigid_faces_at,
     solid_behind,
     view_of,
     walls_at,

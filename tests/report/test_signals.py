@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from softsim.report.curves import signals
 from softsim.report.page.charts import chart_of
 from softsim.report.png import draw
-from softsim.report.signals import signals
 
 TIME = np.linspace(0.0, 1.0, 50)
 UNITS = {"tip_x": "m", "clamp_x": "N"}

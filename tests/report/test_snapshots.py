@@ -9,10 +9,8 @@ from matplotlib.image import imread
 from softsim.errors import OutputError
 from softsim.output.fields import FieldWriter, read_frames
 from softsim.output.folder import RESULTS
-from softsim.report.moments import Moment
-from softsim.report.section import HalfSection, Section
-from softsim.report.snapshots import draw_snapshots, frames_at, pictures
-from softsim.report.surface import Surface
+from softsim.report.body import HalfSection, Section, Surface
+from softsim.report.snapshots import Moment, draw_snapshots, frames_at, pictures
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 TWO_TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])

@@ -11,10 +11,10 @@ from matplotlib.image import imread
 
 from softsim.output.folder import HISTORY, SUMMARY
 from softsim.output.history import History
+from softsim.report.figures import draw_steps, joined, recorded_steps, steps_diagram
 from softsim.report.page.charts import chart_of
-from softsim.report.page.steps import write_steps_page
+from softsim.report.page.run import write_steps_page
 from softsim.report.png import draw_panels
-from softsim.report.steps import draw_steps, joined, recorded_steps, steps_diagram
 
 UNITS = {"time": "s", "body_y": "m", "wall_force_normal": "N"}
 NAMES = ("press", "hold", "let_go")

@@ -27,8 +27,6 @@ from softsim.errors import OutputError
 from softsim.report.diagram import Scale
 from softsim.report.png import WIDE, along_x
 from softsim.report.study.boundary import boundaries_in_words, boundary_maps, boundary_table
-from softsim.report.study.curve import BAND, lines, remark
-from softsim.report.study.figures import draw_study
 from softsim.report.study.findings import (
     DONE_COUNT,
     FAILED_COUNT,
@@ -38,7 +36,17 @@ from softsim.report.study.findings import (
     best_in_words,
 )
 from softsim.report.study.page import page_context
-from softsim.report.study.plots import best_so_far, cells_of, drawn_plots, edges, remark_on_cells
+from softsim.report.study.plots import (
+    BAND,
+    best_so_far,
+    cells_of,
+    draw_study,
+    drawn_plots,
+    edges,
+    lines,
+    remark,
+    remark_on_cells,
+)
 from softsim.report.style import drawing
 from softsim.study.axes import Axis, Goal, Plot
 

@@ -14,17 +14,16 @@ from study_folders import FRICTION, PIPE, RATE, RATES, SPEED, grid, sampled, spe
 from typer.testing import CliRunner
 
 from softsim.cli import app
-from softsim.output.study_folder import (
+from softsim.output.folder import (
     TABLE_TEXT,
     WARNINGS,
     StudyRecord,
     read_table,
     write_table,
 )
-from softsim.report.study.curve import pass_rate_in_words
-from softsim.report.study.figures import study_charts
 from softsim.report.study.findings import Findings
 from softsim.report.study.page import level_words, page_context, state_of, write_study_page
+from softsim.report.study.plots import pass_rate_in_words, study_charts
 from softsim.study.axes import Goal, Plot
 
 FASTEST = Goal("speed", "maximize")

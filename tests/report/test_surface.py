@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from softsim.mesh.mesh import boundary_facets
 from softsim.output.fields import FieldWriter, read_frames
 from softsim.output.folder import RESULTS
-from softsim.report.surface import (
+from softsim.report.body import (
     CAMERA,
     PIPE_FACES,
     Camera,

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softsim.report.thinning import thinned
+from softsim.report.png import thinned
 
 
 @given(rows=st.integers(1, 5000), bins=st.integers(1, 300), seed=st.integers(0, 99))

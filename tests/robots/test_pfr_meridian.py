@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from softsim.errors import MeshError
 from softsim.mesh.mesh import signed_volumes
 from softsim.mesh.quality import check, quality
-from softsim.robots.pfr_meridian import pfr_meridian
+from softsim.robots.pfr import pfr_meridian
 
 PLAIN = pfr_meridian()
 RINGED = pfr_meridian(ring_rows=5)

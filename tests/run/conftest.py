@@ -13,10 +13,10 @@ def batch_of(write_scene, tmp_path, kernel_cache, monkeypatch):
 
     def start(scene, folder, *overrides, resume=False):
         from softsim.builder import build_model
-        from softsim.machine import choose
+        from softsim.compute.machine import choose
         from softsim.output.folder import RunFolder
         from softsim.run.batch import Batch
-        from softsim.run.files import RunFiles
+        from softsim.run.record import RunFiles
         from softsim.run.scenes import resumed
         from softsim.scene.loading import load_scene
 

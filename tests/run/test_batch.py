@@ -92,7 +92,7 @@ def test_two_into_one_folder_are_one_and_a_refusal(scenes, tmp_path):
 def test_a_reused_solver_gives_the_bytes_of_a_new_one(scenes, tmp_path):
     """After a case that was torn; another structure gets a new solver."""
     from softsim.run.batch import ReusedSolver, new_solver
-    from softsim.run.files import FramelessFiles
+    from softsim.run.record import FramelessFiles
     from softsim.run.scenes import run_case
 
     reused, solvers = ReusedSolver(), []

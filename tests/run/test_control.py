@@ -183,7 +183,7 @@ def the_summary_says_where(results):
 
 def test_cycles_of_a_pressure_that_was_written_before(build):
     """Up for 2 ms, down for 1, up for 1, down for 1; without a pressure there are none."""
-    from softsim.run.control import feedback
+    from softsim.run.course import feedback
 
     bare = """
 bodies:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from softsim.compute.machine import cuda_device_count
 from softsim.errors import DeviceError
-from softsim.machine import cuda_device_count
 from softsim.run.cost import LARGE, SECTION, measured_rate, reference_scene
 from softsim.scene.loading import load_scene
 

@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from softsim.errors import OutputError
-from softsim.run.files import RunLog
+from softsim.run.record import RunLog
 
 
 def test_a_line_for_a_log_whose_folder_is_gone_is_an_error_with_its_name(tmp_path):

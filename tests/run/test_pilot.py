@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from batches import FALLING_STRIP
 
+from softsim.compute.machine import choose
 from softsim.loads.nodal import NodalForce
 from softsim.loads.prescribed import PrescribedMotion
-from softsim.machine import choose
 from softsim.run.pilot import Mark, extrapolated, predicted_duration, time_scaled
 from softsim.scene.loading import load_scene
 

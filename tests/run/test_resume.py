@@ -16,8 +16,7 @@ from batches import finished as finish
 from rich.console import Console
 
 from softsim.errors import OutputError
-from softsim.output.claim import claimed
-from softsim.output.folder import read_summary
+from softsim.output.folder import claimed, read_summary
 from softsim.output.history import read_history
 
 # Checkpoints as often as rows: a run that takes long enough to be stopped in its middle.

@@ -90,7 +90,7 @@ def test_the_first_inspection_comes_after_the_first_interval(
 ):
     """The step at the start is known from taking it."""
     from softsim.run.course import Run
-    from softsim.stability.schedule import FIRST_INTERVAL
+    from softsim.solver.schedule import FIRST_INTERVAL
 
     done_at, inspect = [], Run._inspect
 
@@ -108,7 +108,7 @@ STIFF = "contact.penalty_stiffness=1000 kN/m"
 
 def test_a_step_longer_than_advised_is_said_once(write_scene, tmp_path, run, build):
     """Contact asks for a shorter step than stability: a run goes on, and says it once."""
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     model = build(FALLING_STRIP, STIFF)
     found = stable_step(model, model.points)
@@ -124,7 +124,7 @@ def test_a_step_longer_than_advised_is_said_once(write_scene, tmp_path, run, bui
 
 
 def test_threads_asked_for_are_threads_used(write_scene, tmp_path, run):
-    from softsim.machine import processor_count
+    from softsim.compute.machine import processor_count
 
     everything = processor_count()
     done = run(

@@ -9,10 +9,10 @@ import pytest
 from batches import PRESSED_BLOCK
 from rich.console import Console
 
+from softsim.compute.machine import Choice
 from softsim.errors import OutputError, SceneError, StabilityError
-from softsim.machine import Choice
-from softsim.output.checkpoint import read_checkpoint
-from softsim.run.taken_steps import fitting_steps
+from softsim.output.folder import read_checkpoint
+from softsim.run.handover import fitting_steps
 from softsim.scene.steps import load_steps
 
 # With a branch, which remembers; the block lies on the floor and rubs on it.

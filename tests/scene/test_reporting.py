@@ -10,7 +10,7 @@ from softsim.errors import Location, Option, SceneError
 from softsim.scene.loading import load_scene
 from softsim.scene.reporting import scene_error
 from softsim.scene.schema import Scene
-from softsim.scene.tree import Tree
+from softsim.scene.text import Tree
 
 
 def problems(path):

@@ -2,7 +2,7 @@ import pytest
 import yaml
 from pydantic import ValidationError
 
-from softsim.scene import bodies, meshes, outputs, profiles, schema, surroundings
+from softsim.scene import bodies, meshes, outputs, profiles, schema, walls
 from softsim.scene.chain import chain_json_schema
 from softsim.scene.materials import MooneyRivlinMaterial, OgdenMaterial, YeohMaterial
 from softsim.scene.quantities import NotNegativePressure
@@ -31,9 +31,9 @@ NATURAL = {
 def test_the_length_of_a_direction_does_not_matter():
     """Ordinary ones stay as they are written; where squares overflow or vanish they are scaled."""
     for written, held in (([3, 4], (3, 4)), ([0, 1e200], (0, 1)), ([-1e-200, 5e-201], (-1, 0.5))):
-        wall = surroundings.PlaneWall(kind="plane", normal=written)
+        wall = walls.PlaneWall(kind="plane", normal=written)
         assert wall.normal == held
-    assert refused(surroundings.PlaneWall, kind="plane", normal=[0.0, -0.0]) == {"normal"}
+    assert refused(walls.PlaneWall, kind="plane", normal=[0.0, -0.0]) == {"normal"}
 
 
 def test_every_key_and_class_has_a_description_and_a_short_name():
@@ -123,8 +123,8 @@ def test_an_exponential_fall_ends_above_zero():
 
 def test_numbers_are_no_truth_values_and_finite():
     for wrong in (True, "0.5", float("nan"), float("inf"), None, 10**400):
-        assert refused(surroundings.Contact, friction_coefficient=wrong) == {"friction_coefficient"}
-    assert surroundings.Contact(friction_coefficient=1).friction_coefficient == 1.0
+        assert refused(walls.Contact, friction_coefficient=wrong) == {"friction_coefficient"}
+    assert walls.Contact(friction_coefficient=1).friction_coefficient == 1.0
 
 
 def test_quantities_are_no_numbers():
@@ -134,14 +134,14 @@ def test_quantities_are_no_numbers():
 
 
 def test_auto_or_a_positive_quantity():
-    assert surroundings.Contact(penalty_stiffness="auto").penalty_stiffness == "auto"
-    stiff = surroundings.Contact.model_validate({"penalty_stiffness": "2 N/mm"})
+    assert walls.Contact(penalty_stiffness="auto").penalty_stiffness == "auto"
+    stiff = walls.Contact.model_validate({"penalty_stiffness": "2 N/mm"})
     assert stiff.penalty_stiffness == 2000.0
-    assert refused(surroundings.Contact, penalty_stiffness="0 N/m") == {"penalty_stiffness"}
+    assert refused(walls.Contact, penalty_stiffness="0 N/m") == {"penalty_stiffness"}
 
 
 def test_directions_are_not_zero():
-    assert refused(surroundings.PlaneWall, kind="plane", normal=[0, 0]) == {"normal"}
+    assert refused(walls.PlaneWall, kind="plane", normal=[0, 0]) == {"normal"}
 
 
 def test_ranges_have_a_limit_and_room():

@@ -4,12 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from softsim.scene.loading import keys_at, load_scene, read_scene
-from softsim.scene.resolved import flow_text
+from softsim.scene.loading import flow_text, keys_at, load_scene, read_scene
 from softsim.scene.schema import Scene
-from softsim.scene.structure import place_in
-from softsim.scene.tree import entries, listed, plain
-from softsim.scene.yaml_reading import read_text
+from softsim.scene.text import entries, listed, place_in, plain, read_text
 
 PFR = Path(__file__).parents[2] / "scenes/pfr_36mm.yaml"
 

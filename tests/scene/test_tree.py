@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softsim.errors import Location
-from softsim.scene.tree import DISCRIMINATORS, Tree, child, merged, nearest, plain, replaced
+from softsim.scene.text import DISCRIMINATORS, Tree, child, merged, nearest, plain, replaced
 
 
 def tree(value, line=1):

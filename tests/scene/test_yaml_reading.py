@@ -3,8 +3,7 @@ from pathlib import Path
 import pytest
 
 from softsim.errors import Option, SceneError
-from softsim.scene.tree import plain
-from softsim.scene.yaml_reading import LARGEST_FILE, read_file, read_text
+from softsim.scene.text import LARGEST_FILE, plain, read_file, read_text
 
 HERE = Option("here")
 

@@ -11,7 +11,7 @@ import pytest
 import taichi as ti
 from rich.console import Console
 
-from softsim import backend, fields
+from softsim.compute import backend, fields
 
 SCENES = Path(__file__).parents[2] / "scenes"
 BLOCK = """

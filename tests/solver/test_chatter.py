@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from softsim.solver.chatter import chatter, chatter_warnings, oscillation_period, return_time
+from softsim.solver.guards import chatter, chatter_warnings, oscillation_period, return_time
 
 SLIDES = """
 bodies:

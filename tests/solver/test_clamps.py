@@ -2,7 +2,7 @@
 
 import pytest
 
-from softsim.solver.clamps import clamp_doubts, missing_deflection
+from softsim.solver.plausibility import clamp_doubts, missing_deflection
 
 STRIP = """
 bodies:

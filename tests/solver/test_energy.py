@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softsim import backend
 from softsim.builder import build_model
+from softsim.compute import backend
 from softsim.scene.loading import load_scene
 from softsim.solver.energy import EnergyReader
 from softsim.solver.explicit import ExplicitSolver
-from softsim.stability.time_step import first_time_increment
+from softsim.solver.stable_step import first_time_increment
 
 SCENES = Path(__file__).parents[2] / "scenes"
 # Between them much that stores, dissipates or works: hourglass modes, a tether, a motor, mass

@@ -7,7 +7,7 @@ import pytest
 
 from softsim.solver import increments
 from softsim.solver.increments import Span
-from softsim.stability.time_step import stable_step
+from softsim.solver.stable_step import stable_step
 
 STRIP = """
 bodies:
@@ -50,7 +50,7 @@ def test_scenarios_side_by_side_are_those_alone(build, start):
 @pytest.mark.physics
 def test_meshes_of_about_the_same_size_share_their_kernels(build, tmp_path):
     """Taichi writes what it has compiled when it is started anew."""
-    from softsim import backend
+    from softsim.compute import backend
     from softsim.solver.energy import EnergyReader
     from softsim.solver.explicit import ExplicitSolver
 
@@ -137,7 +137,7 @@ def test_launches_give_the_answer_of_the_serial_kernel(build, start, monkeypatch
 @pytest.mark.parametrize("text", [STRIP, STRIPS, SPACE], ids=KINDS[:3])
 def test_a_card_gives_the_answer_of_the_processor(build, restart, text):
     """By teams and by launches, which give the same bits; of two scenarios one rests at last."""
-    from softsim.machine import cuda_device_count
+    from softsim.compute.machine import cuda_device_count
     from softsim.solver.energy import EnergyReader
     from softsim.solver.explicit import ExplicitSolver
 
@@ -198,7 +198,7 @@ def test_scenarios_rest_when_they_have_done_their_own(build, restart):
 @pytest.mark.parametrize("text", MODELS, ids=KINDS)
 def test_workers_give_the_bits_of_one(build, restart, text):
     """One thread by itself or two side by side: each number is summed in the same order."""
-    from softsim.machine import processor_count
+    from softsim.compute.machine import processor_count
     from softsim.solver.explicit import ExplicitSolver
 
     if processor_count() == 1:

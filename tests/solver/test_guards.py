@@ -17,7 +17,7 @@ from softsim.solver.guards import (
     strain_warnings,
     turning_warnings,
 )
-from softsim.stability.time_step import StableStep
+from softsim.solver.stable_step import StableStep
 
 BLOCK = """\
 bodies:

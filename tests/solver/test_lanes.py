@@ -5,7 +5,7 @@ optimised.
 import numpy as np
 import pytest
 
-from softsim import backend, fields
+from softsim.compute import backend, fields
 
 REST = """
 materials:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from softsim.compute.machine import Memory
 from softsim.errors import DeviceError
-from softsim.machine import Memory
-from softsim.solver.memory import BESIDE, field_bytes, refuse_too_large, scenarios_that_fit
+from softsim.solver.explicit import BESIDE, field_bytes, refuse_too_large, scenarios_that_fit
 
 SECTION = """
 bodies:
@@ -140,7 +140,7 @@ def test_a_solver_that_does_not_fit_is_refused_before_it_takes_memory(
 
 def test_what_cannot_fit_leaves_an_earlier_run_alone(fresh_taichi, tmp_path, monkeypatch):
     from softsim.run import run
-    from softsim.solver import memory
+    from softsim.solver import explicit as memory
 
     (tmp_path / "large.yaml").write_text(SECTION)
     earlier = tmp_path / "large" / "summary.json"

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 from softsim.solver.increments import Span
-from softsim.stability.time_step import stable_step
+from softsim.solver.stable_step import stable_step
 
 STRIP = """
 bodies:
@@ -48,7 +48,7 @@ def test_before_the_bend_it_is_a_straight_pipe(build, start):
 
 def test_workers_give_the_bits_of_one(build, restart):
     """What a node remembers of the path is its own: two threads do as one."""
-    from softsim.machine import processor_count
+    from softsim.compute.machine import processor_count
     from softsim.solver.explicit import ExplicitSolver
 
     if processor_count() == 1:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from softsim import fields
+from softsim.compute import fields
 from softsim.errors import SceneError, StabilityError
 
 INCLINE = """
@@ -36,8 +36,7 @@ def blocks(build, start_settled):
 @pytest.mark.starts(1)
 def test_a_block_above_an_incline_settles(blocks):
     """At t = 0 forces balance, nothing moves, books are empty, and so it stays."""
-    from softsim.solver.energy import EnergyReader
-    from softsim.solver.settling import unbalanced_share
+    from softsim.solver.energy import EnergyReader, unbalanced_share
 
     solver, reader = blocks, EnergyReader(blocks)
     model = solver.models[0]

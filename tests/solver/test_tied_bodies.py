@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from softsim import fields
+from softsim.compute import fields
 from softsim.solver.increments import Span
-from softsim.stability.time_step import stable_step
+from softsim.solver.stable_step import stable_step
 
 BLOCK = "generator: block, length: 8 mm, height: 4 mm, element_size"
 TIED = f"""

@@ -18,9 +18,8 @@ from softsim.study.bisection import (
     boundary,
     runs_left,
 )
-from softsim.study.description import describe
 from softsim.study.factors import Interval
-from softsim.study.loading import load_study
+from softsim.study.loading import describe, load_study
 
 
 def sought(low=5.0, high=25.0, tolerance=2.0, share=0.5, repeats=1, **spacing):

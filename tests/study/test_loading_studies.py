@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from softsim.errors import SceneError
 from softsim.study.axes import Axis, Plot
 from softsim.study.cases import Source
-from softsim.study.description import describe
 from softsim.study.factors import Interval
-from softsim.study.loading import load_study, study_from
+from softsim.study.loading import describe, load_study, study_from
 
 STUDY = """\
 scene: block.yaml

@@ -13,7 +13,7 @@ from polars.testing import assert_frame_equal
 from trial_stand_ins import distance, optimized
 
 from softsim.errors import OutputError, SceneError
-from softsim.output.study_folder import read_study, read_table
+from softsim.output.folder import read_study, read_table
 from softsim.study.cases import DONE, FAILED
 
 STUDY = """

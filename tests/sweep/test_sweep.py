@@ -20,17 +20,15 @@ from rich.console import Console
 
 from softsim.cli.study_tables import print_plan, print_results
 from softsim.errors import ClusterError, OutputError
-from softsim.output.claim import claimed
-from softsim.output.study_folder import read_study, read_table
+from softsim.output.folder import claimed, read_study, read_table
 from softsim.report.study.boundary import boundaries_in_words
-from softsim.report.study.figures import draw_study
 from softsim.report.study.findings import Findings
+from softsim.report.study.plots import draw_study
 from softsim.study.cases import DONE, FAILED, WAITING
 from softsim.study.loading import load_study
-from softsim.sweep.checks import refusals
 from softsim.sweep.engine import pool_for, remote_pool
-from softsim.sweep.ledger import StudyTable
-from softsim.sweep.study import sweep
+from softsim.sweep.job import StudyTable
+from softsim.sweep.study import refusals, sweep
 
 WALL_TIME = "wall_time [s]"
 HERE = Path(__file__).parent

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from softsim.analysis.passage import layout_report
 from softsim.contact.pipe_layout import Straight, Taper, path_of_items
 from softsim.contact.pipe_network import PipeNetwork
-from softsim.output.verdict import layout_report
-from tests.output.passages import LENGTH, history, passage
+from tests.analysis.passages import LENGTH, history, passage
 from validation import critical_zones
 from validation.cases import NOT_IN_SUBSET, Outcome
 from validation.critical_zones import CLAIMED, LARGE, NARROWING, SMALL, UPWARDS, WIDENING

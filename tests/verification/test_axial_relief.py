@@ -8,7 +8,7 @@ v = G (r sin^2(wt) / (2 w), -t + r (t/2 - sin(2 wt) / (4 w))).
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 
 SPIN, SHARE, END = 40.0, 0.4, 50e-3  # rad/s, -, s: two radians
 SCENE = f"""

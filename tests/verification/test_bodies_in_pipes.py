@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize
 
-from softsim import fields
+from softsim.compute import fields
 
 FAR = {
     2: "{generator: block, length: 10 mm, height: 10 mm, element_size: 10 mm}, "

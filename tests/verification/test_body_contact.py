@@ -218,8 +218,8 @@ class Face:
 @pytest.fixture
 def faces(build, start, tmp_path):
     """Press two bodies together; return the contact on the lower and the upper one's face."""
-    from softsim import fields
-    from softsim.solver.settling import unbalanced_share
+    from softsim.compute import fields
+    from softsim.solver.energy import unbalanced_share
 
     def face(model, body, side, x, force):
         nodes = model.bodies[body].node_sets[side]

@@ -13,7 +13,7 @@ from meshes import SmallMesh
 from rich.console import Console
 from scipy.optimize import brentq
 
-from softsim import fields
+from softsim.compute import fields
 from softsim.output.fields import read_frames
 from softsim.robots.block import block as mesh_of_block
 from softsim.robots.box import box as mesh_of_box

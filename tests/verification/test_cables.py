@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, curve_fit
 
-from softsim import fields
+from softsim.compute import fields
 
 FAR = """
 bodies:
@@ -22,7 +22,7 @@ TUBE = f"diameter: 2 mm, mass_per_length: {LINE} kg/m"
 
 def settled(start, model):
     """A solver whose model has come to rest under local damping, and where its nodes are."""
-    from softsim.solver.settling import unbalanced_share
+    from softsim.solver.energy import unbalanced_share
 
     solver = start(model, share=0.6)
     while solver.time < 20.0:
@@ -275,7 +275,7 @@ def test_the_stable_step_is_that_of_the_stiffest_mode(stiffness, build, restart)
     """Of stretching, dt = l sqrt(m' / EA), or of bending, l^2 sqrt(m' / EI) / 2: each rules the
     one's cable, and adds its square to the other's bound.
     """
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     model = build(CANTILEVER, f"cables.tube.bending_stiffness={stiffness}")
     length, ei = 2e-3, float(stiffness.partition(" ")[0]) * 1e-6

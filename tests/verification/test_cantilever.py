@@ -19,7 +19,7 @@ import pytest
 import structural_forms
 from rich.console import Console
 
-from softsim import fields
+from softsim.compute import fields
 from softsim.solver.natural_modes import natural_modes
 
 HEIGHT, DENSITY, SHEAR_MODULUS = 1e-3, 1000.0, 72e3

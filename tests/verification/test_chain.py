@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from softsim.chain.building import build_chain
-from softsim.chain.integrators import adaptive_steps, fixed_steps
 from softsim.chain.loading import load_chain
-from softsim.chain.motion import Motion
+from softsim.chain.motion import Motion, adaptive_steps, fixed_steps
 
 pytestmark = pytest.mark.physics  # whole motions
 

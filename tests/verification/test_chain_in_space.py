@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from softsim.chain.building import build_chain
-from softsim.chain.integrators import fixed_steps
 from softsim.chain.loading import load_chain
-from softsim.chain.motion import Motion, simulate
+from softsim.chain.motion import Motion, fixed_steps, simulate
 
 pytestmark = pytest.mark.physics  # whole motions
 

@@ -8,7 +8,7 @@ import pytest
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from softsim import fields
+from softsim.compute import fields
 
 C10, KAPPA = 36e3, 2e6
 SOFT = f"{{law: neo_hooke, C10: {C10} Pa, bulk_modulus: {KAPPA} Pa, density: 1000 kg/m^3}}"
@@ -234,7 +234,7 @@ def test_a_wound_tube_neither_lengthens_nor_shortens_at_the_magic_angle(
     what Lame's tube in a sheet of threads does; at 54.7 deg it keeps its length.
     """
     from softsim.solver.natural_modes import layer_and_fibre_stiffness
-    from softsim.stability.stiffness import volume_gradient
+    from softsim.solver.stiffness_bound import volume_gradient
 
     meshes.tube_of_hexahedra(INNER, OUTER, TUBE, counts).write(tmp_path / "tube.inp", "solid")
     angles = np.array([np.radians(45.0), MAGIC, np.radians(65.0)])
@@ -349,7 +349,7 @@ def test_the_stable_step_bounds_a_fibre(build, fresh_taichi, kind):
     it, where the threads limit the step.
     """
     from softsim.solver.natural_modes import inertia_root
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     model = build(
         block(kind, "simplex" if kind == "plane" else "quad").replace("50000000.0", "5e9")

@@ -7,7 +7,7 @@ steps below both are under 1e-6 of the largest force.
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 
 MESHES = {
     "plane_strain": "{generator: block, length: 4 mm, height: 3 mm, element_size: 1 mm}",

@@ -23,7 +23,7 @@ import pytest
 import structural_forms
 from scipy.optimize import brentq
 
-from softsim import fields
+from softsim.compute import fields
 
 RADIUS, HEIGHT, WIDTH, FORCE = 5e-3, 9e-3, 20e-3, 0.05
 SHEAR, BULK = 72e3, 1.44e6
@@ -127,7 +127,7 @@ class Pressed:
 
 def pressed(solver) -> Pressed:
     """Go on until forces balance, and look."""
-    from softsim.solver.settling import unbalanced_share
+    from softsim.solver.energy import unbalanced_share
 
     model, scenario = solver.models[0], solver.scenario(0)
     limit = solver.time + 0.1

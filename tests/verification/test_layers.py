@@ -5,7 +5,7 @@ stiff side, the stable step.
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 
 SOFT = "{law: neo_hooke, C10: 36 kPa, density: 1000 kg/m^3}"
 E_MODULUS, NU, THICKNESS, DENSITY = 20e6, 0.25, 0.1e-3, 800.0
@@ -190,7 +190,7 @@ def test_the_stable_step_bounds_a_layer(build, start, kind):
     from softsim.solver.energy import EnergyReader
     from softsim.solver.natural_modes import inertia_root, layer_and_fibre_stiffness
     from softsim.solver.rest_stiffness import rest_stiffness
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     model = build(block(kind))
     (body,) = model.bodies

@@ -8,7 +8,7 @@ t = V / (mu g), they are alike: half of the belt's work m V^2 is then motion, ha
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 from softsim.errors import SceneError
 
 MASS, SPEED, MU, G = 1e-3, 0.1, 0.4, 9.81

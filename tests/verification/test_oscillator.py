@@ -96,7 +96,7 @@ def test_period_of_a_mass_on_a_bar(build, start, record_verification):
     shape of the mode, adds faster vibrations of a hundredth of the amplitude, which shift single
     crossings by 2e-3 rad, ten half periods by 2e-3 / (10 pi) of the time.
     """
-    from softsim.solver.settling import unbalanced_share
+    from softsim.solver.energy import unbalanced_share
 
     force = 4e-6
     load = f"loads: {{pull: {{kind: nodal_force, nodes: bar.right, force: [{force} N, 0 N]}}}}\n"
@@ -206,7 +206,7 @@ def test_inflation_does_not_depend_on_the_step(build, fresh_taichi, record_verif
     strikes up vibrations through the thickness, which only steps of 1 us follow.
     """
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     model = build(
         "bodies: {ring: {mesh: {generator: block, length: 1 mm, height: 1 mm,"
@@ -246,7 +246,7 @@ def test_work_of_a_prescribed_motion(build, fresh_taichi, record_verification):
     """
     from softsim.solver.energy import EnergyReader
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     s = np.linspace(0.0, 1.0, 65)
     rise = s * s * (3.0 - 2.0 * s)

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from softsim import fields
+from softsim.compute import fields
 
 FORMULATIONS = ["plane_strain", "axisymmetric", "solid"]
 # Triangles and tetrahedra, or quadrilaterals and hexahedra.
@@ -122,7 +122,7 @@ def test_patch(block, formulation, whole):
     """A linear field: every element has the exact stress, and what the nodes feel is that stress on
     the boundary, nothing inside.
     """
-    from softsim.elements.measures import measure_elements
+    from softsim.elements.geometry import measure_elements
 
     model, solver, mesh = block(formulation, whole)
     F = FIELDS[formulation]

@@ -5,7 +5,7 @@ stable step.
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 
 C10, KAPPA = 36e3, 2e6
 SOFT = f"{{law: neo_hooke, C10: {C10} Pa, bulk_modulus: {KAPPA} Pa, density: 1000 kg/m^3}}"
@@ -183,7 +183,7 @@ def test_the_stable_step_bounds_a_cable(build, fresh_taichi, kind, driven, limit
     """
     from softsim.solver.natural_modes import inertia_root
     from softsim.solver.rest_stiffness import rest_stiffness
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     stiffer = {
         "pulled hard": (f"pull: {PULL} m, stiffness: {STIFFNESS}", "pull: 1 um, stiffness: 1e5"),

@@ -5,7 +5,7 @@ vibration meets their complex modulus, whether they are held for some increments
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 
 SCENE = """
 bodies:

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from softsim import fields
+from softsim.compute import fields
 
 # A scene needs a meshed body: a soft box far away. Its own stable step is 40 ms.
 BODIES = """
@@ -50,11 +50,11 @@ def flights(kernel_cache, tmp_path_factory):
     """The flight of BODIES with each of the STEPS."""
     from pathlib import Path
 
-    from softsim import backend
     from softsim.builder import build_model
+    from softsim.compute import backend
     from softsim.scene.loading import load_scene
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     scene = tmp_path_factory.mktemp("bodies") / "scene.yaml"
     scene.write_text(BODIES, encoding="utf-8")

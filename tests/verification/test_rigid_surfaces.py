@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from softsim import fields
+from softsim.compute import fields
 from softsim.output.history import read_history
 from softsim.solver.energy import EnergyBalance, EnergyReader
 

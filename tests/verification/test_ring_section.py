@@ -8,7 +8,7 @@ import meshes
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 
 LENGTH, INNER, OUTER = 6e-3, 4e-3, 6e-3
 AXIS = 3e-3
@@ -127,7 +127,7 @@ def test_stable_steps_agree(revolved_and_ring):
     """The revolved body's strips cannot swing alike, the ring section's can: then F_zz has no part
     in the fastest mode, whose square it changes by (side of a cell / diameter)^2 at most.
     """
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     a, b = (stable_step(m, m.points).stable for m in revolved_and_ring)
     assert b == pytest.approx(a, rel=(1e-3 / (2.0 * INNER)) ** 2)

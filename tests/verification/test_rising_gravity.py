@@ -8,7 +8,7 @@ the half-step scheme is exact for it but for the second term.
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 
 G, RAMP = 9.81, 10e-3
 SCENE = """

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 from softsim.errors import SceneError
 from softsim.solver.natural_modes import natural_modes
 
@@ -47,7 +47,7 @@ def test_momenta_and_energy_are_kept(build, fresh_taichi):
     """
     from softsim.solver.energy import EnergyReader
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     model = build(BLOCK, *PARTS)
     solver = ExplicitSolver([model])
@@ -97,7 +97,7 @@ def test_statics_are_untouched(build, restart):
     """Dynamic relaxation to the same sag, its damping booked."""
     from softsim.solver.energy import EnergyReader
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     sags = []
     for settings in ([], ["solver.mass_scaling={within: 1.01 mm, factor: 4}"]):

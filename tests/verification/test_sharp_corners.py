@@ -7,8 +7,8 @@ are held against the ground's edges as ever.
 import numpy as np
 import pytest
 
-from softsim import fields
-from softsim.solver.wall_contact import wall_contact
+from softsim.compute import fields
+from softsim.solver.energy import wall_contact
 
 G, DENSITY = 9.81, 1000.0
 SCENE = f"""

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from softsim.solver.wall_contact import wall_contact
+from softsim.solver.energy import wall_contact
 
 SLOPE = """
 bodies:
@@ -76,10 +76,9 @@ class Rig:
     """Scenarios of a block, settled, each followed for its own time."""
 
     def __init__(self, models):
-        from softsim.solver.energy import EnergyReader
+        from softsim.solver.energy import EnergyReader, settle
         from softsim.solver.explicit import ExplicitSolver
-        from softsim.solver.settling import settle
-        from softsim.stability.time_step import stable_step
+        from softsim.solver.stable_step import stable_step
 
         self.models = models
         self.solver = ExplicitSolver(models)
@@ -113,8 +112,8 @@ class Rig:
 @pytest.fixture(scope="module")
 def begin(kernel_cache, tmp_path_factory):
     """Taichi started anew, and a function that builds the block of a case with overrides."""
-    from softsim import backend
     from softsim.builder import build_model
+    from softsim.compute import backend
     from softsim.scene.loading import load_scene
 
     scene = tmp_path_factory.mktemp("block") / "scene.yaml"
@@ -131,7 +130,7 @@ def begin(kernel_cache, tmp_path_factory):
 @pytest.fixture(scope="module", params=PARAMETERS, ids=lambda p: f"{p[0]}, {p[1]:g}mm")
 def on_the_slope(request, begin):
     """Name of the case, histories of the block held, sliding and shaken."""
-    from softsim import fields
+    from softsim.compute import fields
     from softsim.loads.nodal import NodalForce
     from softsim.loads.profile import Profile
 

@@ -8,7 +8,7 @@ force m v^2 / R towards the centre, of which weight gives m g cos a: it leaves a
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 from softsim.errors import SceneError
 
 G, RADIUS, SPEED = 9.81, 50e-3, 0.2

@@ -12,8 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from softsim.stability.lanczos import STEPS, shortfall
-from softsim.stability.time_step import StableStepEstimator, stable_step
+from softsim.solver.stable_step import STEPS, StableStepEstimator, shortfall, stable_step
 
 BLOCK = "{generator: block, length: 3 mm, height: 2 mm, element_size: 1 mm}"
 # Two strips with a spike each: ring cells and single ones, 56 nodes; the axis at y = 3 mm.
@@ -57,7 +56,7 @@ def limits(build, fresh_taichi):
     """The exact stable step and the bound [s] with the nodes at x, the metric of the Maxwell branch
     unrelaxed (as at rest) or relaxed to the present strain.
     """
-    from softsim import backend, fields
+    from softsim.compute import backend, fields
     from softsim.elements.one_point import padded
     from softsim.solver.explicit import ExplicitSolver
 

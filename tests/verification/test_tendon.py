@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from softsim import fields
+from softsim.compute import fields
 
 MASS, STIFFNESS, FORCE, SLACK, SPEED = 10e-3, 2e3, 0.5, 3e-3, 0.4
 OMEGA = np.sqrt(STIFFNESS / MASS)
@@ -170,7 +170,7 @@ def test_a_stiff_tendon_on_a_light_body(build, start):
     tendon far stiffer than the rubber behind it: at 0.95 of the step no energy comes in.
     """
     from softsim.solver.energy import EnergyReader
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     model = build(STIFF)
     limit = stable_step(model, model.points)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from softsim import fields
+from softsim.compute import fields
 
 MASS, INERTIA, DRAG, SPRING, TURNING = 10e-3, 1e-6, 20e-3, 200.0, 0.4e-3
 G, WEIGHT, ARM = 9.81, 5e-3, 16e-3
@@ -209,7 +209,7 @@ def test_the_torque_is_the_gradient_of_the_energy(build, start):
 
 def test_the_stable_step_knows_it(build):
     """A tether far stiffer than all else: omega^2 = k/M + (k r^2 + K)/I, of 3/4 of M and I."""
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.stable_step import stable_step
 
     model = build(
         PLANE, "loads.tail.stiffness=10 kN/mm", f"loads.tail.at=[{-ARM} m, 0 m]",

@@ -6,7 +6,7 @@ Two blocks, the upper one cut finer and glued with its lower side onto the lower
 import numpy as np
 import pytest
 
-from softsim import fields
+from softsim.compute import fields
 
 SOFT = "{law: neo_hooke, C10: 36 kPa, density: 1000 kg/m^3}"
 IN_PLANE = "mesh: {generator: block, length: 8 mm, height: 4 mm, element_size: %g mm, cells: %s}"
@@ -239,10 +239,9 @@ def test_the_stable_step_bounds_what_is_tied(build, fresh_taichi, scaled):
     """The largest omega of K phi = omega^2 M phi, with the coupling and the masses of the tie, is
     below 2 / dt, and less than a third below it.
     """
-    from softsim.solver.joined_bodies import joined_bodies
     from softsim.solver.natural_modes import inertia_root
-    from softsim.solver.rest_stiffness import rest_stiffness
-    from softsim.stability.time_step import stable_step
+    from softsim.solver.rest_stiffness import joined_bodies, rest_stiffness
+    from softsim.solver.stable_step import stable_step
 
     model = build(blocks("plane", 2.0, 0.9, "quad"), *scaled)
     (pair,) = joined_bodies(model)

@@ -13,8 +13,8 @@ couples its bounce with pitch and roll, whatever the time step), and so creep do
 import numpy as np
 import pytest
 
-from softsim import fields
-from softsim.solver.wall_contact import wall_contact
+from softsim.compute import fields
+from softsim.solver.energy import wall_contact
 
 WEDGE, FRICTION = 0.8, 0.4
 
@@ -50,7 +50,7 @@ def kernel_gaps(obstacle, places):
     """Gaps (walls, n) and normals (walls, n, 3) that contact computes."""
     import taichi as ti
 
-    from softsim.fields import real_field, vector_field
+    from softsim.compute.fields import real_field, vector_field
 
     x = vector_field(places)
     gaps = real_field(np.zeros((obstacle.count, len(places))))

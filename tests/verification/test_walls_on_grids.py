@@ -10,7 +10,7 @@ import meshio
 import numpy as np
 import pytest
 
-from softsim.solver.wall_contact import wall_contact
+from softsim.solver.energy import wall_contact
 
 
 def settle(solver, until, count=500):

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import to_hex
 
-from softsim.report.colours import colour_scale, colours_of
 from softsim.report.diagram import (
     MOST_NUMBERS,
     POINTS,
@@ -24,9 +23,11 @@ from softsim.report.diagram import (
     Panel,
     Scale,
     Series,
+    colour_scale,
+    colours_of,
 )
+from softsim.report.png import thinned
 from softsim.report.style import GRID, INK, QUIET, RED, SKY
-from softsim.report.thinning import thinned
 
 Trace = dict[str, Any]
 

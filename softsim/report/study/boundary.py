@@ -23,7 +23,7 @@ from softsim.study.bisection import (
     boundary,
 )
 from softsim.study.cases import DONE, FAILED, LOST
-from softsim.study.description import count_text
+from softsim.study.loading import count_text
 
 TABLE = "boundaries.csv"
 

@@ -11,7 +11,7 @@ import numpy as np
 import polars
 
 from softsim.errors import OutputError
-from softsim.output.study_folder import StudyRecord, read_study, read_table
+from softsim.output.folder import StudyRecord, read_study, read_table
 from softsim.report.diagram import Scale
 from softsim.study.axes import Axis
 from softsim.study.cases import DONE, FAILED, LOST

@@ -6,13 +6,12 @@ from typing import Any
 
 import polars
 
-from softsim.output.study_folder import TABLE_TEXT, WARNINGS
-from softsim.report.page.writing import PAGE, write_page
-from softsim.report.readable import duration
+from softsim.output.folder import TABLE_TEXT, WARNINGS
+from softsim.report.figures import duration
+from softsim.report.page.run import PAGE, write_page
 from softsim.report.study.boundary import boundaries_in_words
-from softsim.report.study.curve import pass_rate_in_words
-from softsim.report.study.figures import study_charts
 from softsim.report.study.findings import Findings, best_in_words, title_of, written
+from softsim.report.study.plots import pass_rate_in_words, study_charts
 from softsim.study.cases import DONE, FAILED, LOST, PRUNED, WAITING
 
 MOST_LEVELS = 12

@@ -1,10 +1,16 @@
 """Plots of a study as diagrams, independent of their output."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from html import escape
+from pathlib import Path
 
 import numpy as np
 import polars
+from matplotlib.colors import to_hex
 
+from softsim.analysis.passage import Verdict
+from softsim.output.folder import RunFolder, inert
 from softsim.report.diagram import (
     POINTS,
     STEPS,
@@ -16,20 +22,165 @@ from softsim.report.diagram import (
     Panel,
     Scale,
     Series,
+    colours_of,
+    shortened,
 )
-from softsim.report.study.curve import curves, has_bar, remark
+from softsim.report.page.charts import Chart, Trace, chart_of, colour_axis, rounded, shades
+from softsim.report.png import draw
+from softsim.report.study.boundary import TABLE, boundary_maps, boundary_table
 from softsim.report.study.findings import (
     DONE_COUNT,
     FAILED_COUNT,
+    SPREAD,
+    VERDICT,
     AxisScale,
     Findings,
     best_in_words,
     usual,
+    written,
 )
-from softsim.report.style import BLUE, ORANGE, QUIET, RED, SKY
+from softsim.report.style import BLUE, COLOURS, ORANGE, QUIET, RED, SKY
 from softsim.study.axes import Axis as StudyAxis
 from softsim.study.axes import Goal, Plot
 from softsim.study.cases import FAILED, LOST, PRUNED
+
+# -------------------------------------------------------------------------------------------------
+# Curves of a measure over a factor, one per level of another, with a band for repeated cases.
+
+BAND = 3.0
+"""Half-width of a band [standard deviations]."""
+
+CONFIDENCE = 0.95
+"""Confidence level of the interval of a proportion of cases."""
+
+
+Level = float | str | None
+
+
+def lines(
+    findings: Findings, x: AxisScale, y: AxisScale, by: StudyAxis | None
+) -> Iterator[tuple[Level, Series]]:
+    """Yield the lines in the order of the table, each with its level of `by`.
+
+    A line joins design points that differ in x alone; each combination of the other factors has
+    its own line.
+    """
+    points, spread = findings.design_points, SPREAD + y.axis.column
+    apart = [axis.column for axis in findings.factors if axis not in (x.axis, by)]
+    first = [by.column] if by else []
+    groups = points.group_by([*first, *apart], maintain_order=True) if first + apart else [
+        ((None,), points)
+    ]  # fmt: skip
+    for key, group in groups:
+        line = group[np.argsort(x.places(group[x.axis.column]), kind="stable")]
+        mean = y.places(line[y.axis.column])
+        if is_share(findings, y.axis):
+            band = wilson_band(mean, line[DONE_COUNT].to_numpy())
+        elif spread in line.columns:
+            half = BAND * line[spread].to_numpy()
+            band = np.stack([mean - half, mean + half])
+        else:  # labels have none
+            band = np.full((2, len(mean)), np.nan)
+        places, cases = x.places(line[x.axis.column]), line["case"].to_numpy()
+        several = bool((line[DONE_COUNT] > 1).any())
+        series = Series("", places, mean, band=band, cases=cases, mean=several)
+        yield key[0] if by else None, series
+
+
+def is_share(findings: Findings, y: StudyAxis) -> bool:
+    """Return True if a measure is 0 or 1 in repeated cases, so that its mean is a proportion."""
+    repeats = findings.design_points[DONE_COUNT].max()
+    if y.is_label or not isinstance(repeats, int) or repeats < 2:
+        return False
+    return bool(findings.done[y.column].drop_nulls().is_in([0.0, 1.0]).all())
+
+
+def wilson_band(share: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Return Wilson's interval (2, n) of proportions (n,) of `count` (n,) cases, NaN if none."""
+    from scipy.stats import binomtest  # slow to import
+
+    band = np.full((2, len(share)), np.nan)
+    for k in np.flatnonzero((count > 0) & np.isfinite(share)):
+        found = binomtest(round(share[k] * count[k]), int(count[k]))
+        band[:, k] = found.proportion_ci(CONFIDENCE, "wilson")
+    return band
+
+
+def pass_rate_in_words(findings: Findings) -> str:
+    """Return how many of the drawn cases of a layout passed, with Wilson's interval.
+
+    The result is empty for a study whose cases are not drawn from ranges, or have no verdict.
+    """
+    if not findings.record.sampled or VERDICT not in findings.table.columns:
+        return ""
+    verdicts = findings.done[VERDICT].drop_nulls()
+    count, passed = len(verdicts), int((verdicts == Verdict.PASSED.value).sum())
+    if count == 0:
+        return "no case has a verdict"
+    low, high = wilson_band(np.array([passed / count]), np.array([count]))[:, 0]
+    others = verdicts.filter(verdicts != Verdict.PASSED.value).value_counts(sort=True)
+    rest = "".join(f", {number} {verdict}" for verdict, number in others.iter_rows())
+    uncounted = findings.table.height - count
+    without = f"; {uncounted} more without a verdict (not counted)" if uncounted else ""
+    return (
+        f"passed: {passed} of {count} cases, {100.0 * passed / count:.0f} % "
+        f"({100.0 * CONFIDENCE:g} % interval, Wilson: {100.0 * low:.0f} to {100.0 * high:.0f} %)"
+        f"{rest}{without}"
+    )
+
+
+def remark(findings: Findings, x: StudyAxis, y: StudyAxis, by: StudyAxis | None) -> str:
+    """Return a note on the lines: the number of cases behind each mean, and what else varies."""
+    said = []
+    counts = findings.design_points[DONE_COUNT].filter(findings.design_points[DONE_COUNT] > 0)
+    if len(counts) and counts.max() > 1:
+        low, high = counts.min(), counts.max()
+        n = f"{high}" if low == high else f"{low} to {high}"
+        about = f"mean and {BAND:g} standard deviations"
+        if is_share(findings, y):
+            about = f"fraction with its {100.0 * CONFIDENCE:g} % interval (Wilson)"
+        said.append(f"{about} of n = {n} repeats")
+    apart = [axis.name for axis in findings.varied if axis not in (x, by)]
+    if apart:
+        said.append(f"one line for each {', '.join(apart)}")
+    return "; ".join(said)
+
+
+def curves(
+    findings: Findings, x: AxisScale, y: AxisScale, by: StudyAxis | None
+) -> Iterator[Series]:  # fmt: skip
+    """Yield the lines with their colours and names.
+
+    Colours differ by level, or follow the colour bar if there is one; each level is named once.
+    """
+    found, named = list(lines(findings, x, y, by)), set()
+    for (level, series), colour in zip(found, line_colours(findings, found, by), strict=True):
+        name = ""
+        if by is not None and level not in named and not has_bar(findings, by):
+            name = f"{by.name} {shortened(written(by, level))}"
+        named.add(level)
+        yield replace(series, name=name, colour=colour)
+
+
+def line_colours(
+    findings: Findings, found: list[tuple[Level, Series]], by: StudyAxis | None
+) -> list[str]:
+    """Return a colour for each line."""
+    if by is None:
+        return [BLUE] * len(found)
+    levels = [level for level, _ in found]
+    if has_bar(findings, by):
+        scale = findings.scale(by.name)
+        places = scale.places(polars.Series(levels))
+        return [to_hex(colour) for colour in colours_of(scale, places).to_rgba(places)]
+    unique = list(dict.fromkeys(levels))
+    return [COLOURS[unique.index(level)] for level in levels]
+
+
+def has_bar(findings: Findings, by: StudyAxis | None) -> bool:
+    """Return True if a colour bar explains the lines, because they are too many for a legend."""
+    return by is not None and findings.level_count(by) > len(COLOURS)
+
 
 CURVE, HEAT_MAP, SCATTER = "curve", "heat_map", "scatter"
 
@@ -225,3 +376,99 @@ def _suited(findings: Findings, plot: Plot) -> Plot:
     if plot.kind == HEAT_MAP and x * y > SPARSEST * points:
         return Plot(SCATTER, plot.x, plot.y, colour=plot.colour)
     return plot
+
+
+# -------------------------------------------------------------------------------------------------
+# All figures of a study: PNG files in its folder, and charts of its page.
+#
+# The table of boundaries is written with the PNG files; the charts give access to every case.
+
+PROGRESS, FACTORS, BOUNDARIES = "progress.png", "factors.png", "boundary_map.png"
+
+FEWEST_PARALLEL, PARALLEL_WIDTH = 3, 110
+"""Smallest number of factors drawn in a parallel chart, and width of each [px]."""
+
+
+def draw_study(folder: Path) -> list[Path]:
+    """Draw the figures of a study and return their paths.
+
+    These are its plots, the progress of its optimisation, and the boundaries of a bisection,
+    for which boundaries.csv is written too. Figures of plots that it no longer has are deleted.
+    Raises OutputError if the folder holds no study, a plot names no axis of it, or a file
+    cannot be written.
+    """
+    findings = Findings.read(folder)
+    figures = {file_name(plot): [study_plot(findings, plot)] for plot in drawn_plots(findings)}
+    goal = findings.record.goal
+    if goal is not None:
+        figures[PROGRESS] = [progress(findings, goal)]
+        figures[FACTORS] = [plot for _, plot in over_factors(findings, goal)]
+    sought = findings.record.bisection
+    if sought is not None:
+        figures[BOUNDARIES] = boundary_maps(findings, sought)
+        table = inert(boundary_table(findings, sought)).write_csv()
+        RunFolder(folder).write_text_atomic(TABLE, table)
+    for name, plots in figures.items():
+        draw(folder / name, *plots)
+    for kind in (*PLOTS, "progress", "factors", "boundary_map"):
+        for file in folder.glob(f"{kind}*.png"):
+            if file.name not in figures:
+                file.unlink()
+    return [folder / name for name in figures]
+
+
+def file_name(plot: Plot) -> str:
+    """Return the file name of a plot, such as curve_speed_over_rate_by_pipe.png."""
+    words = [plot.kind, plot.y, "over", plot.x]
+    for joined, name in (("by", plot.by), ("coloured_by", plot.colour)):
+        words += [joined, name] if name else []
+    return "".join(c if c.isalnum() or c in "_-" else "_" for c in "_".join(words)) + ".png"
+
+
+def study_charts(findings: Findings) -> list[Chart]:
+    """Return all charts of a study: boundaries, plots, progress of its optimisation, all factors.
+
+    Raises OutputError if a plot names no axis of the study.
+    """
+    asked, goal = drawn_plots(findings), findings.record.goal
+    sought = findings.record.bisection
+    plots = [] if sought is None else boundary_maps(findings, sought)
+    plots += [study_plot(findings, plot) for plot in asked]
+    if goal is not None:
+        plots.append(progress(findings, goal))
+        shown = {(plot.x, plot.y) for plot in asked}
+        over = over_factors(findings, goal)
+        plots += [plot for factor, plot in over if (factor.name, goal.measure) not in shown]
+    charts = [chart_of(plot) for plot in plots]
+    if len(findings.varied) >= FEWEST_PARALLEL and findings.done.height:
+        charts.append(parallel_chart(findings))
+    return charts
+
+
+def parallel_chart(findings: Findings) -> Chart:
+    """Return the chart with one line per case through all factors.
+
+    The lines are coloured by the goal or the first measure.
+    """
+    goal = findings.record.goal
+    colour = findings.scale(goal.measure if goal else findings.measures[0].name)
+    scales = [findings.scale(factor.name) for factor in findings.varied] + [colour]
+    done = findings.done
+    dimensions = []
+    for scale in scales:
+        places = scale.places(done[scale.axis.column])
+        dimension: Trace = {"label": escape(scale.axis.column)}
+        dimension["values"] = rounded(shades(scale, places))
+        bar = colour_axis(scale, places)["colorbar"]
+        dimension |= {key: bar[key] for key in ("tickvals", "ticktext") if key in bar}
+        dimensions.append(dimension)
+    values = colour.places(done[colour.axis.column])
+    line = {"color": rounded(shades(colour, values)), "coloraxis": "coloraxis"}
+    trace = {"type": "parcoords", "dimensions": dimensions, "line": line}
+    shown = colour_axis(colour, values) | {"showscale": False}  # the last axis says it
+    layout = {"coloraxis": shown, "margin": {"l": 70, "r": 70, "t": 60, "b": 24}}
+    title = (
+        f"all factors, one line per case, coloured by {colour.axis.name}; drag along an axis to "
+        "select"
+    )
+    return Chart(title, [trace], layout, 420, width=PARALLEL_WIDTH * len(scales))

@@ -1,0 +1,1 @@
+"""Analysis of a run: measures, motion, passage through a pipe."""

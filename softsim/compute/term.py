@@ -1,0 +1,194 @@
+"""Interface of force terms.
+
+The solver calls the same methods of all terms: for the passes of an increment, the fields of a
+checkpoint, energies and work, and columns of the history. The defaults of Term are empty; a term
+overrides those that apply to it.
+
+A class whose functions (ti.func) kernels call is a plain class. ti.data_oriented is for those that
+have kernels of their own: each look at an attribute of such an object takes a microsecond.
+"""
+
+from collections.abc import Callable
+from dataclasses import Field, dataclass, is_dataclass
+from dataclasses import fields as data_fields
+from enum import IntEnum
+from typing import Annotated, Any, TypeVar, get_args, get_origin
+
+import numpy as np
+import taichi as ti
+
+from softsim.compute import backend, fields
+from softsim.compute.fields import Number, real_field
+
+
+class Stage(IntEnum):
+    """Stage of an increment in which a pass runs.
+
+    Passes of a stage do not depend on each other and may run in parallel; each stage begins when
+    the previous one has ended.
+    """
+
+    STEER = 0  # velocities that are prescribed; then everything drifts
+    FOLLOW = 1  # places and velocities of nodes that are tied to facets
+    MEASURE = 2  # gravity of now, lengths that elements ask for
+    MOVE = 3  # deformation; forces that follow from places and velocities alone
+    PRESS = 4  # pressures, from volumes
+    STRESS = 5  # forces, from deformation and pressures
+    LIST = 6  # who touches whom among surfaces
+    GATHER = 7  # forces on facets, from the nodes that touch them
+    PULL = 8  # forces on what STRESS has strained beside the corners
+    HAND_OVER = 9  # what acts on tied nodes, onto the corners of their facets
+
+
+@dataclass(frozen=True)
+class Pass:
+    """Calls of `functions` (s, i, t, dt) in order on `count` indices; `phase` names it in timings.
+
+    A function may read results of earlier functions of its pass only at its own index.
+    """
+
+    phase: str
+    count: int
+    functions: tuple[Callable[..., None], ...]
+
+
+class Term:
+    """Base class of force terms."""
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Return the passes of an increment by stage."""
+        return {}
+
+    def pulls(self) -> list[Callable[..., None]]:
+        """Return functions (s, i, t, dt) that add to the loads on rigid bodies.
+
+        They are called one after another in stage MOVE.
+        """
+        return []
+
+    def state_fields(self) -> dict[str, ti.Field]:
+        """Return the fields that a checkpoint stores."""
+        return {}
+
+    def set_time_increment(self, scenario: int, dt: float) -> None:
+        """Set the time step [s] of a scenario; infinite: all relaxation is complete."""
+
+    def forget_work(self) -> None:
+        """Reset the work of all scenarios."""
+
+    def forget_dissipation(self, scenario: int) -> None:
+        """Reset the dissipated energy of a scenario."""
+
+    def impulses(self) -> list[ti.Field]:
+        """Return fields (scenarios, ...) that are summed between two rows of the history.
+
+        They are cleared after each row.
+        """
+        return []
+
+    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+        """Return the current history columns, `interval` [s] after impulses were cleared."""
+        return {}
+
+    @ti.func
+    def stored_energy(self, s, part):
+        """Return the energy of springs and materials [J] in a part of the sum.
+
+        See `Number.first` and `once`.
+        """
+        return ti.cast(0.0, backend.real)
+
+    @ti.func
+    def dissipated_energy(self, s, part):
+        """Return the energies dissipated so far by friction, and by viscosity and damping [J]."""
+        return ti.Vector([0.0, 0.0])
+
+    @ti.func
+    def work_done(self, s, dt, part):
+        """Return the work on the bodies so far [J], up to the time of their positions."""
+        return ti.cast(0.0, backend.real)
+
+
+class WorkingTerm(Term):
+    """Force term that records the `work` (scenarios, count) [J] of its forces for each index."""
+
+    def __init__(self, scenarios: int, count: int) -> None:
+        self.count = Number(count)
+        self.work = real_field(np.zeros((scenarios, count)))
+
+    def state_fields(self) -> dict[str, ti.Field]:
+        return {"work": self.work}
+
+    def forget_work(self) -> None:
+        fields.write(self.work, 0.0)
+
+    @ti.func
+    def work_done(self, s, dt, part):
+        total = ti.cast(0.0, backend.real)
+        for i in range(self.count.first(part), self.count.first(part + 1)):
+            total += self.work[s, i]
+        return total
+
+
+# -------------------------------------------------------------------------------------------------
+# Per-scenario and shared data of a batch of scenarios.
+#
+# A solver takes mesh, masses, materials, contact stiffnesses and the places of loads from the first
+# of its models. Dataclass fields of a type `Own[...]` are stored for each scenario.
+
+T = TypeVar("T")
+
+OWN = "own"
+
+Own = Annotated[T, OWN]
+"""Type of per-scenario data."""
+
+
+def alike(one: Any, other: Any) -> bool:
+    """Return True if two parts of models are equal except for per-scenario data."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        return np.array_equal(one, other)
+    if isinstance(one, tuple):
+        return len(one) == len(other) and all(map(alike, one, other))
+    if is_dataclass(one):
+        shared = [f.name for f in data_fields(one) if not is_own(f)]
+        return all(alike(getattr(one, name), getattr(other, name)) for name in shared)
+    return bool(one == other)
+
+
+def is_own(field: Field[Any]) -> bool:
+    """Return True if a dataclass field is per-scenario data."""
+    return get_origin(field.type) is Annotated and OWN in get_args(field.type)
+
+
+def compiles_alike(one: Any, other: Any) -> bool:
+    """Return True if kernels that were compiled for one object of a solver serve the other as well.
+
+    Numbers, texts and lengths of lists that a kernel reads from objects of the solver are compiled
+    into it as constants; these must be equal. Fields are read at run time, arrays in Python only.
+    Dataclasses are parts of models, of which kernels contain only the shared data.
+    """
+    return _compiles_alike(one, other, set())
+
+
+def _compiles_alike(one: Any, other: Any, compared: set[int]) -> bool:
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, bool | int | float | str | np.generic):
+        return bool(one == other)
+    if id(one) in compared:
+        return True
+    compared.add(id(one))
+    if is_dataclass(one):
+        return alike(one, other)
+    if isinstance(one, list | tuple):
+        pairs = zip(one, other, strict=False)
+        return len(one) == len(other) and all(_compiles_alike(*pair, compared) for pair in pairs)
+    if isinstance(one, dict):
+        known = one.keys() == other.keys()
+        return known and all(_compiles_alike(one[key], other[key], compared) for key in one)
+    if type(one).__module__.startswith("softsim."):
+        return _compiles_alike(vars(one), vars(other), compared)
+    return True

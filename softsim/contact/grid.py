@@ -1,0 +1,395 @@
+"""Wall sampled on a grid of signed distances, with linear interpolation.
+
+Any wall of straight facets becomes one table. Near the wall the values at the nodes are exact;
+farther away each node continues from the nearest exact one: it takes its sign, and the distance is
+right to within a diagonal of a cell.
+
+Between the nodes the gap is interpolated linearly along each axis. On a straight wall that is
+exact. Where the wall has the curvatures k1, k2 (circle: k1 = 1/R, k2 = 0) the gap is off by at most
+spacing^2 (|k1| + |k2|) / 8, because the second derivatives of the distance along the axes add up to
+no more. At an edge or a corner, which the grid rounds off, it is off by half a cell's diagonal at
+most, because a distance changes by no more than the displacement.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Protocol
+
+import numpy as np
+import taichi as ti
+from scipy.ndimage import distance_transform_edt
+
+from softsim.compute import backend
+from softsim.compute.fields import index_field, real_field, vector_field
+from softsim.compute.term import Own
+from softsim.contact.wall import Obstacle, Wall
+from softsim.errors import MeshError
+
+# -------------------------------------------------------------------------------------------------
+# Walls on grids of distances in kernels: gap and normal by interpolation between the nodes.
+
+
+class GriddedObstacle(Obstacle):
+    """Wall on a grid (contact/grid.py), one entry of `walls` per scenario.
+
+    Scenarios with the same grid share it.
+    """
+
+    count = 1
+
+    def __init__(self, walls: Sequence["DistanceGrid"]) -> None:
+        self.dimension = walls[0].values.ndim
+        self.value, first = joined([w.values for w in walls])
+        self.first = index_field(first)
+        self.nodes = vector_field(np.array([w.values.shape for w in walls], dtype=float))
+        self.origin = vector_field(np.stack([w.origin for w in walls]))
+        self.spacing = real_field(np.array([w.spacing for w in walls]))
+
+    @ti.func
+    def gap_and_normal(self, s, i, w, x):
+        """Return the signed gap [m] of contact node i at x, and the unit normal.
+
+        The gap is negative in the wall. The normal has the direction of the gradient of the gap.
+        """
+        h = self.spacing[s]
+        u = (x - self.origin[s]) / h
+        rim = ti.min(ti.max(u, 0.0), self.nodes[s] - 1.0)
+        gap, n = self.interpolated(s, rim)
+        if (u - rim).norm_sqr() > 0.0:
+            beyond = h * (u - rim).norm()
+            gap += ti.select(gap < 0.0, -beyond, beyond)
+        return gap, n
+
+    @ti.func
+    def interpolated(self, s, u):
+        """Return the gap [m] at u, and its gradient as a unit vector.
+
+        u is in spacings from the origin and within the grid. g = sum of w_c g_c over the corners c
+        of the cell; w_c is the product, over the axes, of the fraction of the path across the cell,
+        or its complement. The derivative of w_c along an axis is the product over the other axes,
+        with the sign of the corner's side.
+        """
+        d = ti.static(self.dimension)
+        cell = ti.min(ti.floor(u), self.nodes[s] - 2.0)
+        share = u - cell
+        gap = ti.cast(0.0, backend.real)
+        slope = ti.Vector.zero(backend.real, d)
+        for corner in ti.static(range(2**d)):
+            number = 0
+            for a in ti.static(range(d)):
+                number = number * ti.cast(self.nodes[s][a], ti.i32) + (
+                    ti.cast(cell[a], ti.i32) + (corner >> a) % 2
+                )
+            value = self.value[self.first[s] + number]
+            weight = ti.cast(1.0, backend.real)
+            for a in ti.static(range(d)):
+                weight *= share[a] if ti.static((corner >> a) % 2) else 1.0 - share[a]
+            gap += weight * value
+            for a in ti.static(range(d)):
+                of_slope = value if ti.static((corner >> a) % 2) else -value
+                for b in ti.static(range(d)):
+                    if ti.static(b != a):
+                        of_slope *= share[b] if ti.static((corner >> b) % 2) else 1.0 - share[b]
+                slope[a] += of_slope
+        return gap, slope / ti.max(slope.norm(), 1e-12)
+
+
+def joined(tables: Sequence[np.ndarray]) -> tuple[ti.ScalarField, np.ndarray]:
+    """Return one field of the numbers of all different tables, and the start of each table."""
+    kept: list[np.ndarray] = []
+    begins: list[int] = []
+    for table in tables:
+        alike = [k for k, one in enumerate(kept) if np.array_equal(one, table)]
+        if not alike:
+            kept.append(table)
+        number = alike[0] if alike else len(kept) - 1
+        begins.append(sum(one.size for one in kept[:number]))
+    return real_field(np.concatenate([one.ravel() for one in kept])), np.array(begins)
+
+
+# Distances are exact within so many spacings of the wall. More than a cell's diagonal, so that this
+# holds for all nodes of a cell that the wall passes: and no wall lies between a node outside the
+# band and the nearest one inside, since there is a node within half a diagonal of anywhere.
+BAND = 3
+# Nodes of the largest grid: 130 MB of values, under 1 GB while they are computed.
+MOST_NODES = 2**24
+# Pairs of a node and a facet that are looked at together: some 100 MB.
+CHUNK = 2**18
+
+
+class SpacingError(MeshError):
+    """Error of a grid whose spacing is too small or too large."""
+
+
+class Facets(Protocol):
+    """Interface of a wall of straight facets, such as triangle_surface.TriangleSurface."""
+
+    def boxes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lowest and highest coordinates (m, d) [m] of each facet."""
+
+    def spheres(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the centre (m, d) [m] and radius (m,) [m] of a sphere that holds each facet.
+
+        The centre is the mean of the facet's corners.
+        """
+
+    def plane_distances(self, x: np.ndarray, facet: np.ndarray) -> np.ndarray:
+        """Return lower bounds (k,) [m] of the distances of points x (k, d) to facets (k,)."""
+
+    def signed_distances(self, x: np.ndarray, facet: np.ndarray) -> np.ndarray:
+        """Return the signed distances (k,) [m] of points x (k, d) to facets (k,).
+
+        They are negative in the wall; the sign is right where no other facet is nearer.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class DistanceGrid(Wall):
+    """Wall `name` given by its signed distances on a grid.
+
+    values (nx, ny) or (nx, ny, nz) [m] are the distances at the nodes origin (d,) + spacing * (i,
+    j, k) [m], negative in the wall. Outside the grid's box the gap is that of the nearest point of
+    the box, enlarged in magnitude by the distance to it, so free space remains free and solid
+    remains solid. picture: arrays that `drawn` returns.
+    """
+
+    name: Own[str]
+    origin: Own[np.ndarray]
+    spacing: Own[float]
+    values: Own[np.ndarray]
+    picture: Own[dict[str, np.ndarray]]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return (self.name,)
+
+    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        last = np.array(self.values.shape) - 1.0
+        u = (x - self.origin) / self.spacing
+        rim = np.clip(u, 0.0, last)
+        gap = self._interpolated(rim)
+        beyond = self.spacing * np.linalg.norm(u - rim, axis=1)
+        gap += np.where(gap < 0.0, -beyond, beyond)
+        return {self.name: gap}
+
+    def _interpolated(self, u: np.ndarray) -> np.ndarray:
+        """Return the values (n,) [m] at u (n, d) within the grid, in spacings from its origin."""
+        cell = np.minimum(u.astype(int), np.array(self.values.shape) - 2)
+        share = u - cell
+        result = np.zeros(len(u))
+        for corner in product((0, 1), repeat=u.shape[1]):
+            weight = np.where(corner, share, 1.0 - share).prod(axis=1)
+            result += weight * self.values[tuple((cell + corner).T)]
+        return result
+
+    def obstacle(self, alike: Sequence["DistanceGrid"], places: np.ndarray) -> GriddedObstacle:
+        return GriddedObstacle(alike)
+
+    def touched_at_once(self) -> tuple[float, float]:
+        """Return the slope of the gap of the one surface for both bounds."""
+        return self.steepest(), self.steepest()
+
+    def steepest(self) -> float:
+        """Return the largest slope |grad g| [-] of the gap in cells that reach into the wall.
+
+        It is 1 where the wall is straight and up to the square root of d at an edge.
+        """
+        axes, least = range(self.values.ndim), self.values
+        for axis in axes:
+            least = _of_neighbours(np.minimum, least, axis)
+        # Farther in than the band is exact, nothing gets.
+        touched = (least < 0.0) & (least > -BAND * self.spacing)
+        squared = np.zeros(int(touched.sum()))
+        for axis in axes:
+            # Of the edges of a cell along an axis the steepest; of a straight wall all are alike.
+            steps = np.abs(np.diff(self.values, axis=axis))
+            for other in axes:
+                if other != axis:
+                    steps = _of_neighbours(np.maximum, steps, other)
+            squared += (steps[touched] / self.spacing) ** 2
+        return float(np.sqrt(squared.max(initial=1.0)))
+
+    def drawn(self) -> dict[str, np.ndarray]:
+        """Return the facets from which the grid was made."""
+        return self.picture
+
+
+def _of_neighbours(function: np.ufunc, values: np.ndarray, axis: int) -> np.ndarray:
+    """Apply a function to each two neighbours along an axis."""
+    count = values.shape[axis]
+    return np.asarray(
+        function(values.take(range(count - 1), axis), values.take(range(1, count), axis))
+    )
+
+
+def tabulated(
+    wall: Facets, low: np.ndarray, high: np.ndarray, spacing: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the origin (d,) [m] and the values [m] of the grid of a wall.
+
+    The grid covers the box from low to high (d,) [m], enlarged by the band on all sides. Raises
+    SpacingError if the grid would be too large (with a spacing that would do) or the wall is too
+    thin for it, and MeshError if the wall has no clear inside.
+    """
+    shape = shape_of_grid(low, high, spacing)
+    if np.prod([float(n) for n in shape]) > MOST_NODES:
+        raise SpacingError(
+            f"a grid of {' x '.join(str(n) for n in shape)} nodes, {spacing * 1e3:.3g} mm apart, "
+            f"is too large: at most {MOST_NODES:,} nodes",
+            hint=f"set the spacing of the wall to {least_spacing(low, high) * 1e3:.3g} mm, or "
+            "remove parts of the surface that nothing can touch",
+        )
+    origin = low - BAND * spacing
+    values = distances_in_band(wall, origin, spacing, shape)
+    carry_on(values, spacing)
+    refuse_unclear_sides(values, origin, spacing)
+    refuse_too_thin(values, origin, spacing, wall)
+    return origin, values
+
+
+def shape_of_grid(low: np.ndarray, high: np.ndarray, spacing: float) -> tuple[int, ...]:
+    """Return the number of nodes along each axis of the box (d,) [m] with the band around it."""
+    return tuple(int(n) for n in np.ceil((high - low) / spacing) + 2 * BAND + 1)
+
+
+def least_spacing(low: np.ndarray, high: np.ndarray) -> float:
+    """Return a spacing [m], rounded up to two digits, with which the grid is not too large."""
+    spacing = float(np.ptp(np.stack([low, high]), axis=0).max()) / MOST_NODES
+    while np.prod([float(n) for n in shape_of_grid(low, high, spacing)]) > MOST_NODES:
+        spacing *= 1.02
+    digit = 10.0 ** (np.floor(np.log10(spacing)) - 1.0)
+    return float(np.ceil(spacing / digit) * digit)
+
+
+def distances_in_band(
+    wall: Facets, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
+) -> np.ndarray:
+    """Return the signed distances [m] at the nodes in the band, infinite at the others."""
+    farthest = farthest_facets(wall, origin, spacing, shape)
+    centres, radii = wall.spheres()
+    values = np.full(len(farthest), np.inf)
+    for node, facet in pairs_nearby(wall, origin, spacing, shape):
+        x = places_of(node, origin, spacing, shape)
+        near = np.linalg.norm(x - centres[facet], axis=1) - radii[facet] <= farthest[node]
+        node, facet, x = node[near], facet[near], x[near]
+        near = wall.plane_distances(x, facet) <= farthest[node]
+        node, distance = node[near], wall.signed_distances(x[near], facet[near])
+        # Of each node the nearest facet: the first one in the order of the nodes.
+        order = np.lexsort((np.abs(distance), node))
+        node, distance = node[order], distance[order]
+        first = np.append(True, node[1:] != node[:-1])[: len(node)]
+        node, distance = node[first], distance[first]
+        nearer = (np.abs(distance) <= farthest[node]) & (np.abs(distance) < np.abs(values[node]))
+        values[node[nearer]] = distance[nearer]
+    return values.reshape(shape)
+
+
+def farthest_facets(
+    wall: Facets, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
+) -> np.ndarray:
+    """Return an upper bound (nodes,) [m] of the distance from each node to its nearest facet.
+
+    It follows from the facets' centres and is at most the width of the band; facets farther away
+    need not be tested.
+    """
+    centres, _ = wall.spheres()
+    farthest = np.full(int(np.prod(shape)), BAND * spacing)
+    for node, facet in pairs_nearby(wall, origin, spacing, shape):
+        x = places_of(node, origin, spacing, shape)
+        np.minimum.at(farthest, node, np.linalg.norm(x - centres[facet], axis=1))
+    return farthest + 1e-6 * spacing  # for what rounding makes of the nearest one
+
+
+def places_of(
+    node: np.ndarray, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
+) -> np.ndarray:
+    """Return the positions (k, d) [m] of nodes (k,), numbered along the last axis first."""
+    return np.asarray(origin + spacing * np.stack(np.unravel_index(node, shape), axis=1))
+
+
+def pairs_nearby(
+    wall: Facets, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield, in parts, pairs (k,) of a node and a facet whose enlarged box contains the node.
+
+    Boxes are enlarged by the band. Nodes are numbered along the last axis first.
+    """
+    low, high = wall.boxes()
+    last = np.array(shape) - 1
+    begin = np.ceil((low - origin) / spacing - BAND).clip(0, last + 1).astype(int)
+    end = np.floor((high - origin) / spacing + BAND).clip(-1, last).astype(int)
+    sizes = np.maximum(end - begin + 1, 0)
+    ends = np.cumsum(sizes.prod(axis=1))
+    for first in range(0, int(ends[-1]), CHUNK):
+        pair = np.arange(first, min(first + CHUNK, int(ends[-1])))
+        facet = np.searchsorted(ends, pair, side="right")
+        rest = pair - (ends[facet] - sizes[facet].prod(axis=1))
+        index = np.empty((len(pair), len(shape)), dtype=int)
+        for axis in reversed(range(len(shape))):
+            index[:, axis] = begin[facet, axis] + rest % sizes[facet, axis]
+            rest //= sizes[facet, axis]
+        yield np.ravel_multi_index(tuple(index.T), shape), facet
+
+
+def carry_on(values: np.ndarray, spacing: float) -> None:
+    """Extend the distances to the nodes outside the band.
+
+    Each takes the sign of the nearest node inside, and the sum of that node's distance from the
+    wall and the distance between both [m]: too much by a cell's diagonal at most.
+    """
+    outside = np.isinf(values)
+    if not outside.any():
+        return
+    nearest = distance_transform_edt(outside, return_distances=False, return_indices=True)
+    for i in range(len(values)):  # layer by layer: all at once would take ten times the grid
+        here = np.nonzero(outside[i])
+        there = np.stack([axis[i][here] for axis in nearest])
+        steps = there - np.stack([np.full(len(here[0]), i), *here])
+        way, seen = spacing * np.linalg.norm(steps, axis=0), values[tuple(there)]
+        values[i][here] = seen + np.where(seen < 0.0, -way, way)
+
+
+def refuse_unclear_sides(values: np.ndarray, origin: np.ndarray, spacing: float) -> None:
+    """Raise MeshError if the signs of the distances contradict each other.
+
+    Between neighbours of opposite signs lies the wall, so their distances from it add up to no more
+    than the spacing.
+    """
+    for axis in range(values.ndim):
+        count = values.shape[axis]
+        one, other = values.take(range(count - 1), axis), values.take(range(1, count), axis)
+        wrong = ((one < 0.0) != (other < 0.0)) & (np.abs(one - other) > (1.0 + 1e-9) * spacing)
+        if wrong.any():
+            place = origin + spacing * np.argwhere(wrong)[0]
+            raise MeshError(
+                f"the surface has no unique inside near {_in_mm(place)}",
+                hint="it crosses itself there, or part of it is turned inside out: make it one "
+                "solid with all normals outwards",
+            )
+
+
+def refuse_too_thin(values: np.ndarray, origin: np.ndarray, spacing: float, wall: Facets) -> None:
+    """Raise SpacingError if the wall is too thin for its grid.
+
+    Within two cells of the centre of every facet there must be a node half a spacing deep in the
+    wall; otherwise the grid would have holes where the wall is thinner than a cell.
+    """
+    u, last = (wall.spheres()[0] - origin) / spacing, np.array(values.shape) - 1
+    cell = u[((u >= 0.0) & (u <= last)).all(axis=1)].astype(int)
+    deepest = np.full(len(cell), np.inf)
+    for step in product(range(-2, 4), repeat=len(last)):
+        node = np.clip(cell + step, 0, last)
+        deepest = np.minimum(deepest, values[tuple(node.T)])
+    thin = np.flatnonzero(deepest > -0.5 * spacing)
+    if len(thin):
+        raise SpacingError(
+            f"near {_in_mm(origin + spacing * cell[thin[0]])} the wall is too thin for its grid, "
+            f"whose nodes are {spacing * 1e3:.3g} mm apart",
+            hint="set the spacing to half the thickness of the wall there, or make the wall "
+            "thicker",
+        )
+
+
+def _in_mm(place: np.ndarray) -> str:
+    return "(" + ", ".join(f"{c * 1e3:.4g}" for c in place) + ") mm"

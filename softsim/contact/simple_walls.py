@@ -1,0 +1,286 @@
+"""Flat walls: half spaces, solid behind."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import taichi as ti
+
+from softsim.compute import backend
+from softsim.compute.fields import real_field, vector_field
+from softsim.compute.term import Own
+from softsim.contact.wall import Obstacle, Wall
+
+
+@dataclass(frozen=True)
+class HalfSpaces(Wall):
+    """Half spaces, in a section half planes.
+
+    surfaces: names. points (w, d) [m] on the planes. normals (w, d): unit normals into the free
+    side.
+    """
+
+    surfaces: tuple[str, ...]
+    points: Own[np.ndarray]
+    normals: Own[np.ndarray]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.surfaces
+
+    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        return {
+            name: (x - point) @ normal
+            for name, point, normal in zip(self.names, self.points, self.normals, strict=True)
+        }
+
+    def obstacle(self, alike: Sequence["HalfSpaces"], places: np.ndarray) -> "FlatObstacle":
+        return FlatObstacle(alike)
+
+    def touched_at_once(self) -> tuple[float, float]:
+        """Return the bounds; of walls that face each other only one side is touched at a time."""
+        normals = facing_one_way(self.normals)
+        return len(normals), float(np.linalg.eigvalsh(normals.T @ normals)[-1])
+
+    def drawn(self) -> dict[str, np.ndarray]:
+        """Return a point and the normal of each half space."""
+        return {"walls": np.concatenate([self.points, self.normals], axis=1)}
+
+
+def facing_one_way(normals: np.ndarray) -> np.ndarray:
+    """Return those of the unit normals (w, d) of half spaces that one node can touch together.
+
+    Walls that face each other are far apart, so of two opposite sides only the one with more walls
+    counts.
+    """
+    cosines = normals @ normals.T
+    alike, opposite = (cosines > 1.0 - 1e-9).sum(axis=1), (cosines < 1e-9 - 1.0).sum(axis=1)
+    first = np.array([tuple(n) > tuple(-n) for n in normals], dtype=bool)
+    return normals[(alike > opposite) | ((alike == opposite) & first)]
+
+
+class FlatObstacle(Obstacle):
+    """Half spaces (half planes in a section), solid behind; one entry of `walls` a scenario."""
+
+    def __init__(self, walls: Sequence[HalfSpaces]) -> None:
+        self.count = len(walls[0].names)
+        self.point = vector_field(np.stack([w.points for w in walls]))
+        self.normal = vector_field(np.stack([w.normals for w in walls]))
+
+    @ti.func
+    def gap_and_normal(self, s, i, w, x):
+        """Return the signed gap [m] of contact node i at x to wall w, and the unit normal."""
+        n = self.normal[s, w]
+        return (x - self.point[s, w]).dot(n), n
+
+
+# -------------------------------------------------------------------------------------------------
+# Capped cylinders, free outside; in a section rectangles.
+
+CYLINDER_MERIDIANS = 48
+"""Number of faces around the axis in the drawing of a cylinder."""
+
+
+@dataclass(frozen=True)
+class Cylinder(Wall):
+    """Cylinder `name` about `centre` (d,) [m] along coordinate number `axis`.
+
+    `half_length` and `radius` in [m]; in a half section the axis is y.
+    """
+
+    name: Own[str]
+    centre: Own[np.ndarray]
+    axis: int
+    half_length: Own[float]
+    radius: Own[float]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return (self.name,)
+
+    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the signed gap (n,) [m] of points x (n, d) to the nearer of side and caps."""
+        arms = x - self.centre
+        side = np.linalg.norm(np.delete(arms, self.axis, axis=1), axis=1) - self.radius
+        return {self.name: np.maximum(side, np.abs(arms[:, self.axis]) - self.half_length)}
+
+    def thickness(self) -> float:
+        """Return the smaller of diameter and length [m]."""
+        return 2.0 * min(self.radius, self.half_length)
+
+    def obstacle(self, alike: Sequence["Cylinder"], places: np.ndarray) -> "CylinderObstacle":
+        return CylinderObstacle(alike)
+
+    def drawn(self) -> dict[str, np.ndarray]:
+        """Return a rectangle of lines in the plane, or the faces of side and caps in space."""
+        if len(self.centre) == 2:  # clockwise: the free side is on the left
+            half = np.full(2, self.radius)
+            half[self.axis] = self.half_length
+            corners = self.centre + half * np.array([[-1, -1], [-1, 1], [1, 1], [1, -1]])
+            return {"wall_lines": np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)}
+        angles = np.linspace(0.0, 2.0 * np.pi, CYLINDER_MERIDIANS + 1)
+        across = self.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        along = np.repeat(
+            self.half_length * np.array([-1.0, -1.0, 1.0, 1.0]), CYLINDER_MERIDIANS + 1
+        )
+        places = np.zeros((4, CYLINDER_MERIDIANS + 1, 3))
+        places[1:3, :, [(self.axis + 1) % 3, (self.axis + 2) % 3]] = across
+        places[..., self.axis] = along.reshape(4, -1)
+        places += self.centre
+        sides = [places[:-1, :-1], places[:-1, 1:], places[1:, 1:], places[1:, :-1]]
+        return {"wall_faces": np.stack(sides, axis=2).reshape(-1, 4, 3)}
+
+
+class CylinderObstacle(Obstacle):
+    """A capped cylinder, solid inside; one entry of `walls` a scenario."""
+
+    count = 1
+
+    def __init__(self, walls: Sequence[Cylinder]) -> None:
+        self.axis = walls[0].axis
+        self.centre = vector_field(np.stack([w.centre for w in walls]))
+        self.half_length = real_field(np.array([w.half_length for w in walls]))
+        self.radius = real_field(np.array([w.radius for w in walls]))
+
+    @ti.func
+    def gap_and_normal(self, s, i, w, x):
+        """Return the signed gap [m] of contact node i at x, negative inside, and the normal.
+
+        The gap is that to the nearer of side and caps. The edge between them is not treated
+        separately: outside a cap the gap is at most the distance.
+        """
+        d = x - self.centre[s]
+        along = d[self.axis]
+        d[self.axis] = 0.0
+        distance = d.norm()
+        gap = distance - self.radius[s]
+        normal = d / ti.max(distance, 1e-12)
+        if ti.abs(along) - self.half_length[s] > gap:
+            gap = ti.abs(along) - self.half_length[s]
+            normal = ti.Vector.zero(backend.real, d.n)
+            normal[self.axis] = ti.math.sign(along)
+        return gap, normal
+
+
+# -------------------------------------------------------------------------------------------------
+# Straight pipes of circular section in space.
+
+
+@dataclass(frozen=True)
+class RoundPipes(Wall):
+    """Round pipes, free inside.
+
+    surfaces: names. points (p, 3) [m]: points on the axes. axes (p, 3): unit vectors. radii (p,)
+    [m].
+    """
+
+    surfaces: tuple[str, ...]
+    points: Own[np.ndarray]
+    axes: Own[np.ndarray]
+    radii: Own[np.ndarray]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.surfaces
+
+    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        found = {}
+        for name, point, axis, radius in zip(
+            self.names, self.points, self.axes, self.radii, strict=True
+        ):
+            across = (x - point) - np.outer((x - point) @ axis, axis)
+            found[name] = radius - np.linalg.norm(across, axis=1)
+        return found
+
+    def obstacle(self, alike: Sequence["RoundPipes"], places: np.ndarray) -> "RoundObstacle":
+        return RoundObstacle(alike)
+
+    def drawn(self) -> dict[str, np.ndarray]:
+        """Return a point on the axis, its direction and the radius of each pipe."""
+        return {"pipes": np.concatenate([self.points, self.axes, self.radii[:, None]], axis=1)}
+
+
+class RoundObstacle(Obstacle):
+    """Straight pipes of circular section in space, free inside; one entry of `walls` a scenario."""
+
+    def __init__(self, walls: Sequence[RoundPipes]) -> None:
+        self.count = len(walls[0].names)
+        self.point = vector_field(np.stack([w.points for w in walls]))
+        self.axis = vector_field(np.stack([w.axes for w in walls]))
+        self.radius = real_field(np.stack([w.radii for w in walls]))
+
+    @ti.func
+    def gap_and_normal(self, s, i, w, x):
+        """Return the signed gap [m] of contact node i at x to pipe w, negative in the wall.
+
+        Also return the unit normal, towards the axis.
+        """
+        d = x - self.point[s, w]
+        d -= d.dot(self.axis[s, w]) * self.axis[s, w]
+        distance = d.norm()
+        return self.radius[s, w] - distance, -d / ti.max(distance, 1e-12)
+
+
+# -------------------------------------------------------------------------------------------------
+# Balls, free outside; in a section discs, in a half section balls on the axis.
+
+PARALLELS, MERIDIANS = 24, 48
+"""Number of faces of the drawing of a ball, from pole to pole and around."""
+
+
+@dataclass(frozen=True)
+class Sphere(Wall):
+    """Ball `name` about `centre` (d,) [m] with a radius [m]."""
+
+    name: Own[str]
+    centre: Own[np.ndarray]
+    radius: Own[float]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return (self.name,)
+
+    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        return {self.name: np.linalg.norm(x - self.centre, axis=1) - self.radius}
+
+    def thickness(self) -> float:
+        """Return the diameter [m]."""
+        return 2.0 * self.radius
+
+    def obstacle(self, alike: Sequence["Sphere"], places: np.ndarray) -> "SphereObstacle":
+        return SphereObstacle(alike)
+
+    def drawn(self) -> dict[str, np.ndarray]:
+        """Return a circle of lines in the plane, or faces in space."""
+        around = np.linspace(0.0, 2.0 * np.pi, MERIDIANS + 1)
+        if len(self.centre) == 2:  # clockwise: the free side is on the left
+            circle = np.stack([np.cos(around), -np.sin(around)], axis=1)
+            places = self.centre + self.radius * circle
+            return {"wall_lines": np.stack([places[:-1], places[1:]], axis=1)}
+        polar = np.linspace(0.0, np.pi, PARALLELS + 1)[:, None]
+        normals = np.stack(
+            np.broadcast_arrays(
+                np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), np.cos(polar)
+            ),
+            axis=2,
+        )
+        p = self.centre + self.radius * normals
+        sides = [p[:-1, :-1], p[1:, :-1], p[1:, 1:], p[:-1, 1:]]
+        return {"wall_faces": np.stack(sides, axis=2).reshape(-1, 4, 3)}
+
+
+class SphereObstacle(Obstacle):
+    """A ball, solid inside; one entry of `walls` a scenario."""
+
+    count = 1
+
+    def __init__(self, walls: Sequence[Sphere]) -> None:
+        self.centre = vector_field(np.stack([w.centre for w in walls]))
+        self.radius = real_field(np.array([w.radius for w in walls]))
+
+    @ti.func
+    def gap_and_normal(self, s, i, w, x):
+        """Return the signed gap [m] of contact node i at x, and the outward unit normal."""
+        arm = x - self.centre[s]
+        distance = arm.norm()
+        return distance - self.radius[s], arm / ti.max(distance, 1e-12)

@@ -1,0 +1,120 @@
+"""Cables: tubes, wires, threads."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from softsim.scene.quantities import (
+    Angle,
+    Axis,
+    Name,
+    NotNegativeBendingStiffness,
+    NotNegativeForce,
+    NotNegativeLength,
+    Number,
+    Part,
+    Point,
+    PositiveDensity,
+    PositiveForce,
+    PositiveLength,
+    PositiveLineDensity,
+    PositivePressure,
+    written,
+)
+
+
+class Cable(Part):
+    """Cable (tube, wire, thread) with stretching and bending stiffness, without torsional
+    stiffness, stress-free when straight. It touches walls, but no bodies. Its node sets are
+    NAME.start and NAME.end (the ends), NAME.start_segment and NAME.end_segment (two nodes, which
+    also hold the direction of an end), and NAME.all. The history gets a column NAME_tension, the
+    tension of the first segment that is not held.
+    """
+
+    points: Annotated[tuple[Point, ...], Field(min_length=2)] = Field(
+        description="Vertices of the line along which the cable lies at the start, unstretched."
+    )
+    segment_length: PositiveLength = Field(
+        description="Approximate distance between nodes; the number of segments is rounded."
+    )
+    diameter: PositiveLength = Field(description="Outer diameter, used for contact with walls.")
+    mass_per_length: PositiveLineDensity = Field(description="Mass per length.")
+    stretching_stiffness: PositiveForce = Field(description="Axial stiffness E A.")
+    bending_stiffness: NotNegativeBendingStiffness = Field(
+        description="Bending stiffness E I; for a tube E pi (D^4 - d^4) / 64."
+    )
+    friction_coefficient: Number | None = Field(
+        default=None,
+        ge=0.0,
+        description="Friction coefficient on walls. Default: `contact.friction_coefficient`.",
+    )
+    end_drag: NotNegativeForce = Field(
+        default=written("0 N"),
+        description="Coulomb friction along the cable at its end, which represents a continuation "
+        "that is not simulated. At rest it resists up to this force.",
+    )
+
+
+# -------------------------------------------------------------------------------------------------
+# Fibres in bodies: threads, wires.
+
+
+class Helix(Part):
+    """Helix about an axis along x, y or z. With zero pitch it is a ring."""
+
+    center: Point = Field(description="Point on the axis at which the helix starts.")
+    direction: Axis = Field(description="Direction of the axis.")
+    radius: PositiveLength = Field(description="Radius of the helix.")
+    pitch: NotNegativeLength = Field(
+        description="Advance along the axis per turn; 0 mm for a ring. The angle to the axis has "
+        "the tangent 2 pi radius / pitch."
+    )
+    turns: Number = Field(gt=0.0, description="Number of turns, which need not be an integer.")
+    handedness: Literal["right", "left"] = Field(
+        default="right", description="right: right-handed, like a common screw. left: left-handed."
+    )
+    start_angle: Angle = Field(
+        default=written("0 deg"),
+        description="Angle of the start about the axis, measured from y if the axis is x, from z "
+        "if it is y, from x if it is z.",
+    )
+
+
+class Fibre(Part):
+    """Fibre (thread, wire) embedded in a body or wound on it. It follows Hooke's law in the
+    engineering strain, has no bending stiffness and by default goes slack under compression. The
+    history gets a column NAME_tension, the largest tension along the fibre.
+    """
+
+    body: Name = Field(description="Body in which the fibre lies.")
+    points: Annotated[tuple[Point, ...], Field(min_length=2)] | None = Field(
+        default=None, description="Vertices of the line along which the fibre lies, unstretched."
+    )
+    helix: Helix | None = Field(
+        default=None, description="Helix along which the fibre lies, instead of `points`."
+    )
+    spacing: PositiveLength = Field(
+        description="Approximate distance between the points at which the fibre is attached to "
+        "the elements; choose about half the element size. The number of segments is rounded."
+    )
+    tolerance: PositiveLength | None = Field(
+        default=None,
+        description="Largest distance of the fibre outside the body, onto which it is moved. "
+        "Default: 5 % of the mean edge of the body's surface facets.",
+    )
+    diameter: PositiveLength = Field(
+        description="Diameter of the circular cross section. It is ignored by contact."
+    )
+    youngs_modulus: PositivePressure = Field(description="Young's modulus.")
+    density: PositiveDensity = Field(description="Mass density.")
+    bears_compression: bool = Field(
+        default=False,
+        strict=True,
+        description="True if the fibre also resists compression, like a wire that cannot buckle.",
+    )
+
+    @model_validator(mode="after")
+    def _has_one_line(self) -> "Fibre":
+        if (self.points is None) == (self.helix is None):
+            raise ValueError("needs either points or a helix: give one of them")
+        return self

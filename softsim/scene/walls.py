@@ -1,0 +1,406 @@
+"""Environment of a robot: gravity, walls and contact."""
+
+import math
+from abc import abstractmethod
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator
+
+from softsim.scene.pipes import PipeItem
+from softsim.scene.profiles import FactorProfile
+from softsim.scene.quantities import (
+    ORIGIN,
+    AccelerationOrVector,
+    Angle,
+    AngleWithinTurn,
+    AutoOrPositiveLength,
+    AutoOrPositiveStiffness,
+    Axis,
+    Direction,
+    Length,
+    Name,
+    NotNegativeTime,
+    Number,
+    Part,
+    Point,
+    PositiveLength,
+    PositiveTime,
+    Text,
+    WholeNumber,
+    written,
+)
+
+# -------------------------------------------------------------------------------------------------
+# Walls that go through a grid of distances: an STL surface in space.
+
+
+class SurfaceWall(Part):
+    """Closed surface from an STL file (3D)."""
+
+    kind: Literal["surface"] = Field(description="Kind of wall.")
+    file: Text = Field(
+        description="Path of the STL file, relative to the file in which it is given."
+    )
+    length_unit: PositiveLength = Field(
+        default=written("1 mm"), description="Length of one unit in the file."
+    )
+    position: Point = Field(default=ORIGIN, description="Position of the file's origin.")
+    free_side: Literal["inside", "outside"] = Field(
+        description="Side on which bodies are. inside: the surface bounds a cavity, such as the "
+        "bore of a pipe. outside: it bounds a solid, which may have a bore."
+    )
+    spacing: AutoOrPositiveLength = Field(
+        default="auto",
+        description="Grid spacing of the distance field that represents the wall. auto: the "
+        "median edge of the bodies' surface facets. Edges are rounded by about a third of the "
+        "spacing; a surface of radius R is approximated within spacing^2 / (4 R).",
+    )
+
+
+# -------------------------------------------------------------------------------------------------
+# Walls along a polyline, sharp at its corners.
+
+
+class PolylineWall(Part):
+    """Polyline with sharp corners: a terrain, or the outline of a pipe. The free side is on the
+    left in the direction of the points, so that points towards +x form a ground. In 3D it is
+    extruded along z.
+    """
+
+    kind: Literal["polyline"] = Field(description="Kind of wall.")
+    points: tuple[Point, ...] | None = Field(
+        default=None, description="Points in order. Give either points or a file."
+    )
+    file: Text | None = Field(
+        default=None,
+        validate_default=True,
+        description="Text file with x and y of a point in each line. The path is relative to the "
+        "file in which it is given.",
+    )
+    length_unit: PositiveLength = Field(
+        default=written("1 mm"), description="Length of one unit in the file."
+    )
+    closed: bool = Field(
+        default=False,
+        strict=True,
+        description="True joins the last point to the first. Otherwise the first and the last "
+        "segment are extended without end.",
+    )
+
+    @field_validator("file")
+    @classmethod
+    def _points_or_file(cls, file: str | None, info: ValidationInfo) -> str | None:
+        points = info.data.get("points", ())
+        if points is None and file is None:
+            raise ValueError("a polyline needs points, or a file with points")
+        if points and file is not None:
+            raise ValueError("already has points: give points or a file")
+        return file
+
+
+# -------------------------------------------------------------------------------------------------
+# Terrains (ramps, semicircles, step fields), and the test whether a body crosses them.
+
+
+def _up_to_upright(slope: float) -> float:
+    if not 0.0 < slope <= math.radians(90.0) * (1.0 + 1e-12):
+        raise ValueError(
+            f"{math.degrees(slope):.6g} deg: a slope must be greater than 0 and at most 90 deg"
+        )
+    return slope
+
+
+class Terrain(Part):
+    """Obstacle on level ground that extends without end on both sides. In 3D it is
+    extruded along z.
+    """
+
+    kind: str
+    foot: Point = Field(default=ORIGIN, description="Start of the obstacle.")
+
+    @property
+    @abstractmethod
+    def crossed(self) -> float:
+        """Distance [m] from the foot to the point where a body has crossed the terrain."""
+
+
+class PrintedTerrain(Terrain):
+    """Obstacle with the optional stair steps of a 3D print."""
+
+    layers: PositiveLength | None = Field(
+        default=None,
+        description="Layer thickness of a 3D print, which gives the surface stair steps. Default: "
+        "a smooth surface.",
+    )
+
+
+class RampWall(PrintedTerrain):
+    """Ramp up to a plateau with a vertical end."""
+
+    kind: Literal["ramp"] = Field(description="Kind of wall.")
+    slope: Annotated[Angle, AfterValidator(_up_to_upright)] = Field(
+        description="Angle of the ramp; 90 deg is a step."
+    )
+    height: PositiveLength = Field(description="Height of the plateau.")
+    plateau: PositiveLength = Field(
+        default=written("300 mm"),
+        description="Length of the plateau, longer than the ramp is high.",
+    )
+
+    @property
+    def crossed(self) -> float:
+        """Distance [m] from the foot of the ramp to its upper edge."""
+        return self.height / math.tan(self.slope) if self.slope < 0.5 * math.pi - 1e-9 else 0.0
+
+
+class SemicircleWall(PrintedTerrain):
+    """Semicircular obstacle: the upper half of a cylinder across the path."""
+
+    kind: Literal["semicircle"] = Field(description="Kind of wall.")
+    radius: PositiveLength = Field(description="Radius of the cylinder.")
+
+    @property
+    def crossed(self) -> float:
+        """Distance [m] between both feet of the semicircle."""
+        return 2.0 * self.radius
+
+
+class StepFieldWall(Terrain):
+    """Step field: blocks side by side, whose random heights are whole millimetres
+    from 1 to 8.
+    """
+
+    kind: Literal["step_field"] = Field(description="Kind of wall.")
+    rugosity: Number = Field(
+        gt=0.0, description="Standard deviation of the block heights divided by 8 mm."
+    )
+    mean_height: PositiveLength = Field(
+        default=written("4.66 mm"), description="Mean of the block heights."
+    )
+    blocks: WholeNumber = Field(default=70, ge=2, le=10_000, description="Number of blocks.")
+    block_length: PositiveLength = Field(default=written("10 mm"), description="Length of a block.")
+    seed: WholeNumber = Field(default=1, ge=0, description="Seed of the random heights.")
+
+    @property
+    def crossed(self) -> float:
+        """Distance [m] from the foot to the end of the last block."""
+        return self.blocks * self.block_length
+
+
+class Crossing(Part):
+    """Test whether a body crosses its terrain along x before `time.end`. The run ends as soon as
+    the body has passed or is stuck.
+    """
+
+    body: Text | None = Field(default=None, description="Name of the body. Default: the first one.")
+    goal: Length | None = Field(
+        default=None,
+        description="x coordinate that the rear end of the body must pass. Default: the upper "
+        "edge of the ramp, the far foot of the semicircle or the end of the step field, if the "
+        "scene has one of them.",
+    )
+    patience: PositiveTime | None = Field(
+        default=None,
+        description="The body counts as stuck, and the run ends, if its rear end advances less "
+        "than 2 % of the body length in this time. Default: no limit before `time.end`.",
+    )
+
+
+class PipeWall(Part):
+    """Straight pipe. 2D: two walls along x. 3D: round, along x. Axisymmetric:
+    round, about the y axis.
+    """
+
+    kind: Literal["pipe"] = Field(description="Kind of wall.")
+    diameter: PositiveLength = Field(description="Inner diameter.")
+    axis_height: Length = Field(
+        default=written("0 mm"), description="y coordinate of the axis of a pipe along x."
+    )
+
+
+class PlaneWall(Part):
+    """Half space; in 2D a half plane."""
+
+    kind: Literal["plane"] = Field(description="Kind of wall.")
+    point: Point = Field(default=ORIGIN, description="Point on the plane.")
+    normal: Direction = Field(
+        default=(0.0, 1.0), description="Normal that points out of the solid, towards the bodies."
+    )
+
+
+class SphereWall(Part):
+    """Ball. 2D: a disc. Axisymmetric: a ball on the axis."""
+
+    kind: Literal["sphere"] = Field(description="Kind of wall.")
+    center: Point = Field(default=ORIGIN, description="Centre.")
+    diameter: PositiveLength = Field(description="Diameter.")
+
+
+class CylinderWall(Part):
+    """Solid cylinder with flat ends. 2D: a rectangle. Axisymmetric: a cylinder
+    about the y axis.
+    """
+
+    kind: Literal["cylinder"] = Field(description="Kind of wall.")
+    center: Point = Field(default=ORIGIN, description="Centre.")
+    direction: Axis = Field(description="Direction of the axis.")
+    diameter: PositiveLength = Field(description="Diameter.")
+    length: PositiveLength = Field(description="Length along the axis.")
+
+
+class PipePathWall(Part):
+    """Pipe along a path of straight pieces, bends, tapers, steps and branches. 2D:
+    two walls. 3D: round.
+    """
+
+    kind: Literal["pipe_path"] = Field(description="Kind of wall.")
+    diameter: PositiveLength = Field(description="Inner diameter at the start.")
+    start: Point = Field(
+        default=ORIGIN, description="Start of the centre line, which leads in the direction of +x."
+    )
+    closed: tuple[Text, ...] = Field(
+        default=(),
+        description="Ends closed by a flat wall: start, end, or names of branches. Other ends are "
+        "open: a pipe without branches ends in a flat face with free space before it; branched "
+        "pipes continue straight.",
+    )
+    pipe: tuple[PipeItem, ...] = Field(
+        min_length=1,
+        description="Items in order: {straight: 120 mm}, {bend: 90 deg, radius: 60 mm}, {taper: "
+        "30 mm, to: 41 mm}, {step: 30 mm}, {tee: 90 mm, left: NAME}, {cross: 90 mm, left: NAME, "
+        "right: OTHER}.",
+    )
+    branches: dict[Name, Annotated[tuple[PipeItem, ...], Field(min_length=1)]] = Field(
+        default={},
+        description="Branches of tees and crosses by name, with items as in `pipe`. The name is "
+        "also that of the exit at the end of the branch.",
+    )
+
+
+Wall = Annotated[
+    PipeWall
+    | PlaneWall
+    | SphereWall
+    | CylinderWall
+    | PipePathWall
+    | PolylineWall
+    | SurfaceWall
+    | RampWall
+    | SemicircleWall
+    | StepFieldWall,
+    Field(discriminator="kind"),
+]
+
+
+class Environment(Part):
+    """Gravity and walls."""
+
+    gravity: AccelerationOrVector = Field(
+        default=written("9.81 m/s^2"),
+        description="Acceleration of gravity, downwards; or a vector: [0 m/s^2, -9.81 m/s^2], in "
+        "3D with three components.",
+    )
+    gravity_profile: FactorProfile | None = Field(
+        default=None,
+        description="Factor of gravity over time, such as {kind: ramp, duration: 50 ms}. Default: "
+        "1 from the start.",
+    )
+    inclination: AngleWithinTurn = Field(
+        default=written("0 deg"),
+        description="Angle of +x above the horizontal; 90 deg: +x points up.",
+    )
+    roll: AngleWithinTurn = Field(
+        default=written("0 deg"),
+        description="Rotation of +y about x, from the vertical plane through x; 90 deg: a 2D "
+        "model lies on its side and has no weight across x.",
+    )
+    walls: dict[Name, Wall] = Field(
+        default={},
+        description="Walls by name. They are fixed unless a `wall_motion` condition moves them.",
+    )
+
+
+class ContactPair(Part):
+    """Two surfaces that may touch each other, with their own friction coefficient."""
+
+    between: tuple[Text, Text] = Field(
+        description="Two bodies or facet sets BODY.SET: [finger.tip, cube.surface]. The same one "
+        "twice: self-contact."
+    )
+    friction_coefficient: Number | None = Field(
+        default=None,
+        ge=0.0,
+        description="Friction coefficient of the pair. Default: `self_friction_coefficient`.",
+    )
+
+
+class Contact(Part):
+    """Penalty contact with Coulomb friction between bodies and walls, and between bodies."""
+
+    friction_coefficient: Number = Field(
+        default=0.5, ge=0.0, description="Coulomb friction coefficient on walls."
+    )
+    friction_memory: NotNegativeTime = Field(
+        default=written("10 ms"),
+        description="Time over which the friction limit follows the normal force on walls and "
+        "outlines, for nodes at rest. 0 s: plain Coulomb friction. Two periods of a body's lowest "
+        "vibration mode prevent self-excited vibration in sliding.",
+    )
+    friction_slip_length: PositiveLength = Field(
+        default=written("30 um"),
+        description="Slip over which the friction limit follows the normal force, if that is "
+        "sooner than `friction_memory`.",
+    )
+    penalty_stiffness: AutoOrPositiveStiffness = Field(
+        default="auto",
+        description="Penalty stiffness of a node. auto: bulk modulus times thickness.",
+    )
+    tangential_stiffness_ratio: Number = Field(
+        default=1.0,
+        gt=0.0,
+        description="Tangential stiffness in sticking contact divided by `penalty_stiffness`.",
+    )
+    damping_ratio: Number = Field(
+        default=0.1,
+        ge=0.0,
+        le=1.0,
+        description="Damping of normal contact as a fraction of critical damping. Larger values "
+        "make runs slower, because damping reduces the stable time step of nodes in contact.",
+    )
+    tangential_damping_fraction: Number = Field(
+        default=1.0,
+        ge=0.0,
+        le=1.0,
+        description="Tangential damping divided by normal damping (ABAQUS/Explicit: TANGENT "
+        "FRACTION). It acts on elastic slip only.",
+    )
+    interference_fit: tuple[Name, ...] = Field(
+        default=(),
+        description="Walls that may overlap bodies at the start, such as a pipe narrower than its "
+        "robot. They are moved back at first and reach their places in the first half of "
+        "`time.settle`.",
+    )
+    self_contact: tuple[Text, ...] = Field(
+        default=(),
+        description="Bodies, or facet sets BODY.SET, whose surfaces may touch themselves and each "
+        "other. Facets in a plane of symmetry are excluded.",
+    )
+    pairs: tuple[ContactPair, ...] = Field(
+        default=(),
+        description="Pairs of surfaces that may touch each other, in addition to `self_contact`, "
+        "or pairs of it with their own friction coefficient. If several apply, the last one is "
+        "used.",
+    )
+    allowed_penetration: Number = Field(
+        default=0.0025,
+        gt=0.0,
+        le=0.1,
+        description="Penetration of bodies into each other, relative to their facet size, at "
+        "which the softer body is compressed by 10 %. Smaller values need smaller time steps. Not "
+        "used if `penalty_stiffness` is given.",
+    )
+    self_friction_coefficient: Number | None = Field(
+        default=None,
+        ge=0.0,
+        description="Friction coefficient between bodies. Default: `friction_coefficient`.",
+    )

@@ -1,0 +1,349 @@
+"""Stable time step of central differences and its limits.
+
+Velocities lag half a step: M (v+ - v-) = -dt (K x + C v-). As v- = (v+ + v-)/2 - (v+ - v-)/2, that
+is a central difference with the mass M - (dt/2) C and damping at the middle of the step. It is
+stable while M - (dt/2) C - (dt^2/4) K is positive definite (Belytschko, Liu, Moran, Nonlinear
+Finite Elements, ch. 6, by the energy):
+    dt < 2 / sqrt(lambda),  lambda the largest eigenvalue of M^-1 (K + (2 / dt) C);
+for one mode with the damping ratio z that is dt < 2/omega (sqrt(1 + z^2) - z). K is bounded from
+above in solver/stiffness_bound.py, lambda in solver/stable_step.py. Maxwell branches count as
+springs. Local damping (Nodes.shift_damped) increases every force that slows its node down: at the
+stability limit, where the velocity of each node changes sign in every step, these are all forces.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from scipy.linalg import eigh_tridiagonal
+
+from softsim.elements.geometry import Geometry, Region, principal_values
+from softsim.elements.quadrature import altitude
+from softsim.model import LOCAL_DAMPING, Model
+from softsim.solver.contact_bound import load_springs, spring_frequencies, with_bodies
+from softsim.solver.element_bound import ElementStiffness
+from softsim.solver.stiffness_bound import ModelStiffness, ScaledStiffness, volume_gradient
+
+# -------------------------------------------------------------------------------------------------
+# Upper bound of the largest eigenvalue of a large symmetric matrix, from a few products with it.
+#
+# Lanczos iteration from a random vector estimates the eigenvalue from below. The error has a bound
+# (Kuczynski and Wozniakowski 1992, SIAM J. Matrix Anal. Appl. 13:1094-1122, theorem 4.2): of all
+# start vectors, uniformly distributed over directions, the fraction with an error of more than
+# eps lambda after k steps is at most 1.648 sqrt(n) exp(-sqrt(eps) (2 k - 1)) for every matrix.
+# The start vector is always the same one, and products of vectors are summed by numpy itself
+# (einsum), not by BLAS, whose threads change the last bits: the result depends on the matrix alone.
+
+# Steps, and the share of start vectors for which the bound may fail. Of 2,000 unknowns the bound
+# then lies 5 % above the estimate, 2.5 % of the time step.
+STEPS = 36
+FAILING_SHARE = 1e-5
+# Steps of a mere estimate: of the robot in section and in space it lacks 0.5 % at most.
+FEW_STEPS = 10
+
+
+def largest_eigenvalue_bound(
+    product: Callable[[np.ndarray], np.ndarray], moving: np.ndarray
+) -> tuple[float, np.ndarray]:
+    """Return an upper bound of the largest eigenvalue and a unit vector (size,) near its vector.
+
+    The matrix is positive semidefinite. product: function that returns the matrix times a vector
+    (size,). moving (size,): True where rows of the matrix may be nonzero.
+    """
+    estimate, vector = lanczos(product, start_vector(moving), STEPS)
+    return estimate / (1.0 - shortfall(int(moving.sum()), STEPS)), vector
+
+
+def largest_eigenvalue_estimate(
+    product: Callable[[np.ndarray], np.ndarray], moving: np.ndarray
+) -> float:
+    """Return an estimate of the largest eigenvalue from below, in fewer steps than the bound."""
+    return lanczos(product, start_vector(moving), FEW_STEPS)[0]
+
+
+def start_vector(moving: np.ndarray) -> np.ndarray:
+    """Return a random unit vector (size,), zero where `moving` is False."""
+    start = np.random.default_rng(0).standard_normal(len(moving)) * moving
+    return start / length(start)
+
+
+def shortfall(size: int, steps: int) -> float:
+    """Return eps, the largest error of the estimate over the eigenvalue [-]."""
+    return float((np.log(1.648 * np.sqrt(size) / FAILING_SHARE) / (2 * steps - 1)) ** 2)
+
+
+def lanczos(
+    product: Callable[[np.ndarray], np.ndarray], start: np.ndarray, steps: int
+) -> tuple[float, np.ndarray]:
+    """Return the largest Ritz value and its unit vector after `steps` from the unit vector `start`.
+
+    There is no reorthogonalisation: orthogonality is lost only once that value has converged
+    (Paige 1976, J. Inst. Math. Appl. 18:341-349).
+    """
+    basis = np.zeros((steps, len(start)), dtype=np.float32)  # only the vector hangs on it
+    diagonal, beside = np.zeros(steps), np.zeros(steps)
+    vector, previous = start, np.zeros_like(start)
+    for k in range(steps):
+        basis[k] = vector
+        image = product(vector) - beside[k - 1] * previous
+        diagonal[k] = np.einsum("i,i", vector, image)
+        image -= diagonal[k] * vector
+        beside[k] = length(image)
+        # An invariant subspace, which holds the eigenvector: nothing is left to find.
+        if beside[k] <= 1e-10 * diagonal[: k + 1].max():
+            steps = k + 1
+            break
+        vector, previous = image / beside[k], vector
+    values, shares = eigh_tridiagonal(
+        diagonal[:steps], beside[: steps - 1], select="i", select_range=(steps - 1, steps - 1)
+    )
+    found = np.einsum("k,ki", shares[:, 0], basis[:steps])
+    # Of more steps than unknowns the basis repeats itself, and what is found is shorter than one.
+    return float(values[0]), found / length(found)
+
+
+def length(vector: np.ndarray) -> float:
+    """Return the Euclidean norm."""
+    return float(np.sqrt(np.einsum("i,i", vector, vector)))
+
+
+# Dashpots are bounded with a guess of the step, made so many times, each with the one before. The
+# eigenvalue is taken for so much larger than estimated: its bound will lie some 5 % above it, and
+# of two guesses equally far off the longer one costs more.
+GUESSES = 2
+OVER_ESTIMATE = 1.1
+# omega dt of what hits a penalty spring, or the end of a tendon's slack: within a step it gets as
+# deep as v dt and is thrown back with up to (omega^2 dt^2 - 1) v, which must not be more than it
+# came with.
+LONGEST_HIT = np.sqrt(2.0)
+# omega dt of the swing of what fills a chamber. The whole skin swings with it, so it shows in the
+# books, whose error goes with the square: a pump that starts at full speed is off by 4 % at first.
+RESOLVED = 0.8
+# The step over that of the stiffest element alone at rest, at most. Averaged pressure makes it some
+# 1.5 to 2; where every node is held or tied nothing else would limit it.
+LONGEST_OVER_ELEMENT = 4.0
+# The cause of a step that an element sets: which one, is named when it is told.
+STIFFEST = "an element"
+
+
+@dataclass(frozen=True)
+class StableStep:
+    """Time step [s] without safety factor, and its limit.
+
+    value [s]: step to take, which for accuracy may be less than the stable one; `limit` then names
+    the reason. stable [s]: stability limit. cause: text of the limit of `value`; STIFFEST for an
+    element. region, element: element with most energy of the fastest mode, numbered within its
+    region. x (n, d): positions of all nodes [m].
+    """
+
+    value: float
+    stable: float
+    cause: str
+    region: Region
+    element: int
+    x: np.ndarray
+
+    @property
+    def limit(self) -> str:
+        """Text of the limit of `value`, with the name of the element if an element sets it."""
+        if self.cause != STIFFEST:
+            return self.cause
+        return element_name(self.region, self.element, self.x)
+
+    @property
+    def altitude(self) -> float:
+        """Smallest altitude of the element [m]."""
+        return altitude(self.x[self.region.nodes][self.region.cells[self.element]])
+
+    def describe(self) -> str:
+        """Return one line of text with the step and its limit."""
+        beyond = f"; stability limit {self.stable * 1e6:.3g} us" if self.stable > self.value else ""
+        return f"{self.value * 1e6:.3g} us, limited by {self.limit}{beyond}"
+
+
+def element_frequencies(region: Region) -> np.ndarray:
+    """Return an upper bound (m,) of omega^2 [1/s^2] of each element at rest."""
+    material, geometry, x = region.material, region.geometry, region.points
+    gradients = geometry.gradients(x, region.cells)
+    d = geometry.dimension
+    G = np.zeros((len(gradients), 3, 3))
+    G[:, :d, :d] = np.einsum("eai,eaj->eij", gradients, gradients)
+    hoop = np.zeros(len(region.cells))
+    if geometry.hoop is not None:
+        slopes = geometry.hoop.gradient(x, region.cells, x)
+        # Where others than its corners strain it, its corners strain as many more elements.
+        hoop = slopes.shape[1] / region.cells.shape[1] * (slopes**2).sum(axis=(1, 2))
+    trace = np.trace(G, axis1=1, axis2=2) + hoop
+    largest = principal_values(G)[:, 0] + hoop
+    mu = material.instantaneous_shear_modulus + material.law.initial_stiffening
+    dilation = material.bulk_modulus - 2.0 / 3.0 * mu
+    smallest_share = geometry.mass_shares(x, region.cells).min(axis=1)
+    stiffness = max(dilation, 0.0) * trace + 2.0 * mu * largest
+    return stiffness / (material.density * smallest_share)
+
+
+def chamber_compliance(
+    geometry: Geometry, facets: np.ndarray, x: np.ndarray, mass: np.ndarray, is_free: np.ndarray
+) -> float:
+    """Return sum |dV/dx_a|^2 / m_a [m^4/kg] over the free components of a chamber.
+
+    It is the second time derivative of the chamber's volume per pressure on its facets.
+    """
+    gradient = volume_gradient(geometry, facets, x)
+    inverse_mass = np.where(is_free, 1.0 / np.maximum(mass, 1e-30)[:, None], 0.0)
+    return float((gradient**2 * inverse_mass).sum())
+
+
+class StableStepEstimator:
+    """Estimator of the stable step of one model in any configuration."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.stiffness = ModelStiffness(model)
+        springs = load_springs(model)
+        self.springs = spring_frequencies(model, springs)
+        self.going_taut = spring_frequencies(model, [one for one in springs if one.goes_taut])
+        alone = [element_frequencies(region) for region in model.regions]
+        stiffest = int(np.argmax([frequencies.max() for frequencies in alone]))
+        inertia = 1.0 if model.mass_scaling is None else model.mass_scaling.factor
+        self.longest = LONGEST_OVER_ELEMENT * 2.0 * np.sqrt(inertia / alone[stiffest].max())
+        element = int(np.argmax(alone[stiffest]))
+        name = element_name(model.regions[stiffest], element, model.points)
+        self.longest_limit = f"{LONGEST_OVER_ELEMENT:g} times the stable step of {name}"
+
+    @cached_property
+    def at_rest(self) -> StableStep:
+        """Stable step with all nodes at their reference positions."""
+        return self.at(self.model.points)
+
+    def at(self, x: np.ndarray) -> StableStep:
+        """Return the stable step with all nodes at x (n, d) [m]."""
+        elements = self.stiffness.elements(x)
+        undamped = self.stiffness.at(elements, x)
+        slowed = 1.0 if self.model.relaxation is None else 1.0 + LOCAL_DAMPING
+        guess = np.inf
+        for _ in range(GUESSES):
+            damped = self.stiffness.damped(undamped, x, guess)
+            fastest = largest_eigenvalue_estimate(damped.product, self.stiffness.moving)
+            of_all = self._with_bodies(OVER_ESTIMATE * fastest, x, guess)
+            guess = 2.0 / np.sqrt(slowed * of_all)
+        matrix = self.stiffness.damped(undamped, x, guess)
+        bound, found = largest_eigenvalue_bound(matrix.product, self.stiffness.moving)
+        mode = matrix.motion(found)
+        stable = 2.0 / np.sqrt(slowed * self._with_bodies(bound, x, guess))
+        # lambda falls with dt, but no faster than 1/dt: it may be taken at a guess that is too
+        # small, and from one that is too large dt <= 4 / (lambda guess) is stable.
+        stable = min(stable, stable**2 / guess)
+        region, element = self._stiffest(elements, matrix, mode)
+        shares = other_shares(matrix, mode) | self._other_shares(mode, x)
+        shares[STIFFEST] = bound - sum(shares.values())
+        of_bodies = sum(self.stiffness.contact.of_bodies(x, guess))
+        on_bodies = {"contact of a rigid body": of_bodies}
+        on_bodies |= {f"{kind} of a rigid body": k for kind, k in self.springs.items()}
+        if sum(on_bodies.values()) > bound:
+            shares = on_bodies
+        limits = {max(shares, key=lambda part: shares[part]): stable}
+        hit = max(self.stiffness.hardest_hit(x, guess), of_bodies)
+        if hit > 0.0:
+            limits["contact stiffness"] = LONGEST_HIT / np.sqrt(hit)
+        for kind, frequency in self.going_taut.items():
+            limits[f"stiffness of a {kind}"] = LONGEST_HIT / np.sqrt(frequency)
+        taut = matrix.cable_frequency()
+        if taut > 0.0:
+            limits["stiffness of a pulled cable"] = LONGEST_HIT / np.sqrt(taut)
+        swing = matrix.chamber_frequency()
+        if self.model.relaxation is None and swing > 0.0:
+            limits["chamber oscillation"] = RESOLVED / np.sqrt(swing)
+        limits[self.longest_limit] = self.longest
+        cause = min(limits, key=lambda cause: limits[cause])
+        return StableStep(float(limits[cause]), float(stable), cause, region, element, x)
+
+    def _with_bodies(self, nodes: float, x: np.ndarray, dt: float) -> float:
+        """Return a bound of omega^2 [1/s^2] of nodes and rigid bodies together.
+
+        nodes [1/s^2]: that of the nodes alone. x (n, d) [m]: positions of all nodes. dt [s]: step.
+        """
+        at_walls, pressing = self.stiffness.contact.of_bodies(x, dt)
+        bodies = at_walls + pressing + sum(self.springs.values())
+        return with_bodies(nodes, bodies, self.stiffness.hardest_press(x, dt), pressing)
+
+    def _other_shares(self, mode: np.ndarray, x: np.ndarray) -> dict[str, float]:
+        """Return the parts of omega^2 [1/s^2] of a unit mode (n d,) from embedded parts, by name.
+
+        These are cables, layers, fibres and the transverse stiffness of pulled cables, with all
+        nodes at x (n, d) [m].
+        """
+        u = (self.stiffness.inverse_sqrt_mass * mode).reshape(x.shape)
+        return {
+            part.name: sum(
+                float(np.einsum("abm,ami,bmi->", k, u[nodes], u[nodes]))
+                for nodes, k in zip(part.stencils, part.at(x), strict=True)
+            )
+            for part in self.stiffness.beside
+        }
+
+    def _stiffest(
+        self, elements: list[ElementStiffness], matrix: ScaledStiffness, mode: np.ndarray
+    ) -> tuple[Region, int]:
+        """Return the element with most energy of a mode: its region and its number in it."""
+        u = (self.stiffness.inverse_sqrt_mass * mode).reshape(self.model.points.shape)
+        pressure = matrix.pressures(mode)
+        most = (-np.inf, self.model.regions[0], 0)
+        of_regions = zip(self.stiffness.regions, self.stiffness.pressures, elements, strict=True)
+        for r, rows, stiffness in of_regions:
+            moved = u[r.region.nodes].T[:, r.movers]
+            energies = stiffness.energies(moved, pressure[rows])
+            element = int(np.argmax(energies))
+            if energies[element] > most[0]:
+                most = (float(energies[element]), r.region, element)
+        return most[1:]
+
+
+def element_name(region: Region, element: int, x: np.ndarray) -> str:
+    """Return the text of an element: number, place with all nodes at x (n, d) [m], altitude."""
+    centre = x[region.nodes][region.cells[element]].mean(axis=0)
+    place = ", ".join(f"{c * 1e3:.2f}" for c in centre)
+    height = f"{altitude(x[region.nodes][region.cells[element]]) * 1e3:.3g} mm"
+    return (
+        f"element {region.numbers[element]} of '{region.body}' at ({place}) mm, altitude {height}"
+    )
+
+
+def other_shares(matrix: ScaledStiffness, mode: np.ndarray) -> dict[str, float]:
+    """Return the parts of omega^2 [1/s^2] of a unit mode (n d,) from contact, chambers and cables.
+
+    The keys are names of these parts; cables are pulled cables.
+    """
+
+    def of(wholes: list[np.ndarray]) -> float:
+        """Return the sum of the squared products of the mode with vectors (n d,)."""
+        return float(sum(np.einsum("i,i", whole, mode) ** 2 for whole in wholes))
+
+    return {
+        "contact": float((matrix.contact * mode**2).sum()),
+        "chamber stiffness": of(matrix.chambers),
+        "a pulled cable": of(matrix.cables),
+    }
+
+
+# The build, the checks and the start of a run ask for the same model one after another.
+@lru_cache(maxsize=1)
+def estimator(model: Model) -> StableStepEstimator:
+    """Return the estimator of a model, which is cached until another model is passed."""
+    return StableStepEstimator(model)
+
+
+def stable_step(model: Model, x: np.ndarray) -> StableStep:
+    """Return the stable step with all nodes at x (n, d) [m]."""
+    return estimator(model).at(x)
+
+
+def first_time_increment(model: Model) -> float:
+    """Return the first step [s] of a run: the user's, else a safe fraction of the stable one."""
+    return time_increment(model, estimator(model).at_rest)
+
+
+def time_increment(model: Model, stable: StableStep) -> float:
+    """Return the step to take [s]: the user's, else a safe fraction of the stable one."""
+    return model.time_increment or model.safety_factor * stable.value

@@ -1,0 +1,423 @@
+"""Upper bound of the stiffness of a whole model, as the matrix M^-1/2 K M^-1/2 on nodal vectors.
+
+Where masses are scaled (compute/mass_scaling.py), the matrix is R M^-1/2 K M^-1/2 R with R the
+inverse root of M^-1/2 M' M^-1/2.
+
+Where nodes are tied to facets (elements/ties.py), u = T q and the stiffness of the independent
+components q is T^T K T. K is scaled by 1/sqrt(m) of each node; m of a tied node is the mass that a
+force on it has to move. The matrix is P^T (M^-1/2 K M^-1/2) P with P = M^1/2 T M^-1/2.
+
+K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: pressures, G_a = dJ_a/dx, with their bulk
+                                                viscosity eta_a
+  + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)     shape and initial stress: tangent.py,
+                                                with d^2F_zz in elements with hoop strain
+  + sum_j B_j (x) 1                             segments and joints of cables: cable_stiffness.py;
+                                                facets of layers: layer_stiffness.py; bars of
+                                                fibres, pieces of pulled cables:
+                                                embedded_stiffness.py
+  + diag(k_a)                                   contact: contact_stiffness.py
+  + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, with the most content of their profile
+  + sum_c k dL/dx (x) dL/dx                     pulled cables.
+Nodes that are tied to a rigid body count as free, with some of its mass (rigid_bodies.py). Contacts
+and springs of the body itself are not part of this matrix. Fixed and prescribed components do not
+move. The load stiffness of a pressure p is left out: some p / kappa of the contact stiffness.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from softsim.elements.cable import CableStiffness
+from softsim.elements.fibre import Fibre
+from softsim.elements.geometry import Geometry
+from softsim.elements.layer import LayerStiffness
+from softsim.loads.pulled_cable import PulledCable
+from softsim.mesh.mesh import incidence
+from softsim.model import Model
+from softsim.solver.contact_bound import REACH, ContactStiffness, tied_mass
+from softsim.solver.element_bound import ElementStiffness, RegionStiffness
+
+# -------------------------------------------------------------------------------------------------
+# Upper bound of the stiffness of lines through bodies: fibres, and cables in their eyelets.
+#
+# Both are coupled to nodes by shape functions, x_b - x_a = sum_j B_j x_j between two points. A bar
+# of a fibre (elements/fibre.py) has the stiffness EA / l_0 along itself and T / l across, which is
+# less, and negative in compression: at most EA / l_0 B B^T between its nodes, the same for every
+# component, in any configuration. A slack bar, which has no stiffness, counts as taut.
+#
+# A cable (loads/pulled_cable.py) has the stiffness k dL/dx (x) dL/dx along itself, for all eyelets
+# together, and counts as taut too. Across, a piece of the length l between two eyelets has at most
+# T / l B B^T, where T is the largest tension that the winch ever produces at this length.
+
+
+class FibreStiffness:
+    """Stiffness of a fibre in any configuration. stencils: nodes (2 c, m) of its bars."""
+
+    def __init__(self, fibre: Fibre) -> None:
+        self.name = f"fibre '{fibre.name}'"
+        self.stencils = [fibre.bar_nodes.T]
+        B = fibre.bar_weights.T
+        self.of_bars = fibre.spring_stiffness * B[:, None] * B
+
+    def at(self, x: np.ndarray) -> list[np.ndarray]:
+        """Return the stiffness (2 c, 2 c, m) [N/m] between the nodes of each bar."""
+        return [self.of_bars]
+
+
+class PulledCableStiffness:
+    """Transverse stiffness of a pulled cable. stencils: nodes (2 c, k - 1) of its pieces."""
+
+    def __init__(self, cable: PulledCable) -> None:
+        self.name, self.cable = f"cable '{cable.name}'", cable
+        self.stencils = [np.concatenate([cable.corners[:-1], cable.corners[1:]], axis=1).T]
+        self.B = np.concatenate([-cable.weights[:-1], cable.weights[1:]], axis=1).T
+
+    def at(self, x: np.ndarray) -> list[np.ndarray]:
+        """Return the stiffness (2 c, 2 c, k - 1) [N/m] between the nodes of each piece.
+
+        x (n, d) [m]: positions of all nodes.
+        """
+        lengths = np.linalg.norm(np.diff(self.cable.places(x), axis=0), axis=1)
+        across = self.cable.largest_tension(float(lengths.sum())) / lengths
+        return [across * self.B[:, None] * self.B]
+
+    def along(self, x: np.ndarray) -> np.ndarray:
+        """Return sqrt(k) dL/dx (n, d) [(N/m)^1/2], whose square is the axial stiffness."""
+        return np.sqrt(self.cable.stiffness) * self.cable.length_gradient(x)
+
+
+@dataclass(frozen=True)
+class ScaledStiffness:
+    """M^-1/2 K M^-1/2 [1/s^2] at one configuration and one step.
+
+    gradient (p + r, n d): V_a G [m^2], then rows [(N/m)^1/2] whose squares are added, of the
+    elements with hoop strain; back: its transpose, with the same data. volume_stiffness (p,)
+    [N/m^5]: (kappa + 2 eta_a / dt) / V_a. shape (n, n) [N/m]: shape and initial stress, the same
+    for every component. contact (n d,) [1/s^2]. chambers, cables: vectors (n d,) [1/s] whose
+    squares are added. inverse_sqrt_mass (n d,): M^-1/2. slowing (n d, n d): R, or None. following
+    (n d, n d): P, or None.
+    """
+
+    gradient: sp.csr_matrix
+    back: sp.csc_matrix
+    volume_stiffness: np.ndarray
+    shape: sp.csr_matrix
+    contact: np.ndarray
+    chambers: list[np.ndarray]
+    cables: list[np.ndarray]
+    inverse_sqrt_mass: np.ndarray
+    slowing: sp.csr_matrix | None
+    following: sp.csr_matrix | None
+
+    def product(self, v: np.ndarray) -> np.ndarray:
+        """Return the matrix times a vector (n d,)."""
+        return self.reduced(self._product_of_own_masses(self.motion(v)))
+
+    def motion(self, v: np.ndarray) -> np.ndarray:
+        """Return P R v: the displacement of a vector v of the matrix, times M^1/2."""
+        slowed = v if self.slowing is None else self.slowing @ v
+        return slowed if self.following is None else self.following @ slowed
+
+    def reduced(self, f: np.ndarray) -> np.ndarray:
+        """Return R P^T f: the forces, times M^-1/2, on the independent components."""
+        gathered = f if self.following is None else self.following.T @ f
+        return gathered if self.slowing is None else self.slowing @ gathered
+
+    def _product_of_own_masses(self, v: np.ndarray) -> np.ndarray:
+        u = self.inverse_sqrt_mass * v
+        strained = self.gradient @ u
+        strained[: len(self.volume_stiffness)] *= self.volume_stiffness
+        force = self.back @ strained
+        force += (self.shape @ u.reshape(self.shape.shape[0], -1)).ravel()
+        result = self.inverse_sqrt_mass * force
+        result += self.contact * v
+        for whole in (*self.chambers, *self.cables):
+            result += np.einsum("i,i", whole, v) * whole  # not BLAS: see lanczos.py
+        return result
+
+    def pressures(self, v: np.ndarray) -> np.ndarray:
+        """Return (kappa + 2 eta_a / dt) dJ_a (p,) [Pa] for the displacement M^-1/2 v [m]."""
+        volumes = (self.gradient @ (self.inverse_sqrt_mass * v))[: len(self.volume_stiffness)]
+        return self.volume_stiffness * volumes
+
+    def chamber_frequency(self) -> float:
+        """Return an upper bound of omega^2 [1/s^2] of the chambers alone."""
+        return float(sum((self.reduced(c) ** 2).sum() for c in self.chambers))
+
+    def cable_frequency(self) -> float:
+        """Return an upper bound of omega^2 [1/s^2] of the pulled cables alone."""
+        return float(sum((self.reduced(c) ** 2).sum() for c in self.cables))
+
+
+class ModelStiffness:
+    """Stiffness of a model in any configuration, with its sparsity pattern and masses.
+
+    moving (n d,): True for independent components. inverse_sqrt_mass (n d,): 1/sqrt(m) of all that
+    move, else 0. pressures: for each region the numbers (k, m) of its elements' pressures, of p in
+    all. mobility (n,): acceleration of a node under a force on it alone, times m over that force
+    [-].
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.regions = [RegionStiffness(r, model.bulk_viscosity) for r in model.regions]
+        n, d = model.points.shape
+        self.contact = ContactStiffness(model)
+        self.inverse_sqrt_mass = inverse_sqrt_mass(model).ravel()
+        self.moving = self.inverse_sqrt_mass > 0.0
+        self.moving.reshape(n, d)[model.ties.nodes] = False
+        self.following = following(model, self.inverse_sqrt_mass)
+        self.slowing, self.mobility = None, np.ones(n)
+        if model.mass_scaling is not None:
+            self.slowing = model.mass_scaling.scaled(model.mass, d, -0.5)
+            self.mobility = model.mass_scaling.mobility(model.mass)
+            self.mobility[model.ties.nodes] = 1.0  # at most
+        members = [np.unique(r.pressed) for r in self.regions]
+        starts = np.cumsum([0, *map(len, members)])
+        self.pressures = [
+            start + np.searchsorted(own, r.pressed)
+            for r, own, start in zip(self.regions, members, starts, strict=False)
+        ]
+        p = int(starts[-1])
+        of_members = [
+            (r.pressure_volumes[own], np.full(len(own), r.bulk_modulus), r.bulk_viscosity[own])
+            for r, own in zip(self.regions, members, strict=True)
+        ]
+        self.pressure_volumes, self.bulk_modulus, self.bulk_viscosity = (
+            np.concatenate(parts) for parts in zip(*of_members, strict=True)
+        )
+
+        self.pulled = [PulledCableStiffness(cable) for cable in model.of_kind(PulledCable)]
+        self.beside: list[
+            CableStiffness | LayerStiffness | FibreStiffness | PulledCableStiffness
+        ] = [
+            *(CableStiffness(data.cable) for data in model.cables),
+            *(LayerStiffness(layer) for layer in model.layers),
+            *(FibreStiffness(fibre) for fibre in model.fibres),
+            *self.pulled,
+        ]
+        movers = [r.movers + r.region.first_node for r in self.regions]
+        stencils = [*movers, *(s for part in self.beside for s in part.stencils)]
+        of_volume, self.pair_of_volume = pairs(self.pressures, movers, (p, n))
+        self.shape, self.pair_of_shape = pairs(stencils, stencils, (n, n))
+
+        around = [m[:, r.around].T for m, r in zip(movers, self.regions, strict=True)]
+        rows = [sp.csr_matrix((0, n * d)), *(hoop_rows(nodes, n, d) for nodes in around)]
+        self.gradient = sp.vstack([of_components(of_volume, d), *rows], format="csr")
+
+    def elements(self, x: np.ndarray) -> list[ElementStiffness]:
+        """Return the element stiffness of each region with all nodes at x (n, d) [m]."""
+        return [r.at(x[r.region.nodes]) for r in self.regions]
+
+    def at(self, elements: list[ElementStiffness], x: np.ndarray) -> ScaledStiffness:
+        """Return the matrix without damping for these elements, all nodes at x (n, d) [m]."""
+        d = x.shape[1]
+        of_others = [stiffness for part in self.beside for stiffness in part.at(x)]
+        shape = flat([*(e.shape_stiffness for e in elements), *of_others])
+        # (r, movers, d), as the rows have them.
+        hoop = flat([np.moveaxis(e.hoop_root, -1, 0) for e in elements])
+        # dJ_a, V_a J_a being a sum of the elements' shares: that of all pressures of one alike.
+        alike = [
+            np.broadcast_to(e.volume_gradient, (len(p), *e.volume_gradient.shape))
+            for e, p in zip(elements, self.pressures, strict=True)
+        ]
+        G = np.stack(
+            [np.bincount(self.pair_of_volume, flat([a[:, :, i] for a in alike])) for i in range(d)]
+        )
+        gradient = with_values(self.gradient, np.concatenate([G.T.ravel(), hoop]))
+        return ScaledStiffness(
+            gradient,
+            gradient.T,
+            self.bulk_modulus / self.pressure_volumes,
+            with_values(self.shape, np.bincount(self.pair_of_shape, shape)),
+            self._contact(x, np.inf),
+            chamber_vectors(self.model, x),
+            [cable.along(x).ravel() * self.inverse_sqrt_mass for cable in self.pulled],
+            self.inverse_sqrt_mass,
+            self.slowing,
+            self.following,
+        )
+
+    def damped(self, undamped: ScaledStiffness, x: np.ndarray, dt: float) -> ScaledStiffness:
+        """Return the matrix with (2 / dt) C of bulk viscosity and dashpots at the step dt [s]."""
+        modulus = self.bulk_modulus + 2.0 * self.bulk_viscosity / dt
+        stiffness = modulus / self.pressure_volumes
+        return replace(undamped, volume_stiffness=stiffness, contact=self._contact(x, dt))
+
+    def _contact(self, x: np.ndarray, dt: float) -> np.ndarray:
+        """Return the contact stiffness over mass (n d,) [1/s^2]."""
+        return np.repeat(self.contact.of_nodes(x, dt), x.shape[1]) * self.inverse_sqrt_mass**2
+
+    def hardest_press(self, x: np.ndarray, dt: float) -> float:
+        """Return the largest omega^2 [1/s^2] of a node in contact with rigid bodies."""
+        pressed = self.contact.of_pressed(x, dt)
+        return float((pressed[:, None] * self.inverse_sqrt_mass.reshape(x.shape) ** 2).max())
+
+    def hardest_hit(self, x: np.ndarray, dt: float) -> float:
+        """Return the largest omega^2 [1/s^2] of a node on impact, with that of nodes tied to it."""
+        hits = self.model.ties.handed_over(self.contact.of_hits(x, dt))
+        moved = self.mobility[:, None] * self.inverse_sqrt_mass.reshape(x.shape) ** 2
+        return float((hits[:, None] * moved).max())
+
+
+def pairs(
+    first: list[np.ndarray], second: list[np.ndarray], shape: tuple[int, int]
+) -> tuple[sp.csr_matrix, np.ndarray]:
+    """Return the pattern of pairs that share an element, and the entry number of each pair.
+
+    Pairs consist of a number of `first` (a, m) and one of `second` (b, m) of each region, smaller
+    than `shape`. The pattern is sparse with an entry for each pair; the entry numbers (a b m,) of
+    all regions follow one another.
+    """
+    of_first, of_second = (
+        sp.vstack([incidence(n.T, count) for n in numbers], format="csr")
+        for numbers, count in zip((first, second), shape, strict=True)
+    )
+    pattern = of_first.T.tocsr() @ of_second
+    pattern.sort_indices()
+    # Wide, for the square of the number of nodes.
+    rows = np.repeat(np.arange(shape[0], dtype=np.int64), np.diff(pattern.indptr))
+    keys = rows * shape[1] + pattern.indices
+    entries = [
+        np.searchsorted(keys, i.astype(np.int64) * shape[1] + j).astype(np.int32)
+        for f, s in zip(first, second, strict=True)
+        for i in f
+        for j in s
+    ]
+    return pattern, np.concatenate(entries)
+
+
+def of_components(pattern: sp.csr_matrix, d: int) -> sp.csr_matrix:
+    """Return the pattern of components (rows, n d) for a pattern of nodes (rows, n)."""
+    columns = (pattern.indices[:, None] * d + np.arange(d, dtype=np.int32)).ravel()
+    parts = (np.ones(len(columns)), columns, pattern.indptr * d)
+    return sp.csr_matrix(parts, shape=(pattern.shape[0], pattern.shape[1] * d))
+
+
+def hoop_rows(nodes: np.ndarray, n: int, d: int) -> sp.csr_matrix:
+    """Return a pattern (r, n d) with the components of the nodes (r, k) of each row."""
+    starts = np.arange(0, nodes.size + 1, max(1, nodes.shape[1]))
+    rows = sp.csr_matrix((np.ones(nodes.size), nodes.ravel(), starts), (len(nodes), n))
+    return of_components(rows, d)
+
+
+def flat(of_regions: list[np.ndarray]) -> np.ndarray:
+    """Return all values in one array, region by region."""
+    if len(of_regions) == 1:  # a concatenation would copy it
+        return of_regions[0].ravel()
+    return np.concatenate([values.ravel() for values in of_regions])
+
+
+def with_values(pattern: sp.csr_matrix, values: np.ndarray) -> sp.csr_matrix:
+    """Return the matrix of a pattern with these values of its entries."""
+    return sp.csr_matrix((values, pattern.indices, pattern.indptr), shape=pattern.shape)
+
+
+def inverse_sqrt_mass(model: Model) -> np.ndarray:
+    """Return 1/sqrt(m) (n, d) of the components that move, 0 for the others.
+
+    If none moves, all count as moving, so that a step can be computed. m of a tied node is the mass
+    that a force on it has to move.
+    """
+    own_mass = np.where(model.mass > 0.0, model.mass, np.inf)  # corners of outlines have none
+    moves, mass = model.is_free.copy(), own_mass.copy()
+    for body in model.rigid_bodies:
+        tied = body.tied[model.mass[body.tied] > 0.0]
+        moves[tied] = True
+        mass[tied] += tied_mass(body, model.points, tied)  # infinite if the body is held
+    found = moves / np.sqrt(mass)[:, None]
+    found[model.ties.nodes] = np.sqrt(
+        np.einsum("kc,kcd->kd", model.ties.weights**2, found[model.ties.corners] ** 2)
+    )
+    return found if found.any() else np.ones_like(found) / np.sqrt(own_mass)[:, None]
+
+
+def following(model: Model, inverse_sqrt_mass: np.ndarray) -> sp.csr_matrix | None:
+    """Return P = M^1/2 T M^-1/2 (n d, n d), or None for a model without tied nodes.
+
+    Rows of tied nodes have the length 1. inverse_sqrt_mass (n d,): the result of the function of
+    this name.
+    """
+    if not len(model.ties.nodes):
+        return None
+    n, d = model.points.shape
+    T = sp.kron(model.ties.matrix(n), sp.identity(d))
+    root_mass = np.divide(
+        1.0, inverse_sqrt_mass, out=np.zeros(n * d), where=inverse_sqrt_mass > 0.0
+    )
+    return (sp.diags(root_mass) @ T @ sp.diags(inverse_sqrt_mass)).tocsr()
+
+
+def chamber_vectors(model: Model, x: np.ndarray) -> list[np.ndarray]:
+    """Return sqrt(-dp/dV) M^-1/2 dV/dx (n d,) [1/s] of each chamber with volume stiffness.
+
+    These are chambers whose pressure falls with their volume, with the most content of their
+    profile.
+    """
+    vectors = []
+    for load in model.pressures:
+        stiffness = load.drive.stiffness(load.volume(x))
+        if stiffness > 0.0:
+            gradient = volume_gradient(load.geometry, load.facets, x)
+            vectors.append(np.sqrt(stiffness) * (gradient * inverse_sqrt_mass(model)).ravel())
+    return vectors
+
+
+def volume_gradient(geometry: Geometry, facets: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Return dV/dx (n, d) [m^2] of the volume that facets enclose: the forces per pressure."""
+    gradient = np.zeros_like(x)
+    np.add.at(gradient, facets, geometry.volume_gradient(x, facets))
+    return gradient
+
+
+# -------------------------------------------------------------------------------------------------
+# Shape for which the stable step was estimated; near it, the estimate holds.
+#
+# The bound assumes contact at every node that may touch (contact_stiffness.py), and the most
+# content that chambers ever have: it changes only if elements deform or nodes come near a wall. An
+# element whose principal stretches have changed by the fraction e since the estimate has gradients
+# of at most 1 / (1 - e) times those then, so that its stable step has fallen by about e, and by as
+# much again if its law stiffens with strain.
+
+# Root sum of squares of the strains since the estimate: of an incompressible plane element that is
+# e = 4 %, for which the stable step may have fallen by 8 %. A step in use has 10 % of room.
+ALLOWED_STRAIN = 0.06
+
+# Of tan^2(theta / 2) at a cable's joint: its stiffness goes with 1 + 4 of it at most, the step with
+# the root (elements/cable.py).
+ALLOWED_FOLDING = 0.04
+
+
+class ReferenceShape:
+    """Shape of a model with all nodes at x (n, d) [m]."""
+
+    def __init__(self, model: Model, x: np.ndarray) -> None:
+        self.model, self.x = model, x
+        self.inverses = [np.linalg.inv(r.deformation(x[r.nodes])) for r in model.regions]
+        self.foldings = [data.cable.folding(x) for data in model.cables]
+        self.reach = 0.5 * REACH * np.ptp(model.points, axis=0).max()
+
+    def is_near(self, x: np.ndarray) -> bool:
+        """Return True if all nodes at x (n, d) [m] form a shape near this one.
+
+        No element is strained relative to this shape by more than ALLOWED_STRAIN, no cable is bent
+        by more than ALLOWED_FOLDING, and no node has moved by more than half the reach of contact
+        in any component. False for NaN.
+        """
+        with np.errstate(invalid="ignore", over="ignore"):
+            if not np.abs(x - self.x).max() <= self.reach:
+                return False
+            for data, folding in zip(self.model.cables, self.foldings, strict=True):
+                if not (data.cable.folding(x) <= folding + ALLOWED_FOLDING).all():
+                    return False
+            return all(
+                largest_strain(region.deformation(x[region.nodes]) @ inverse) <= ALLOWED_STRAIN
+                for region, inverse in zip(self.model.regions, self.inverses, strict=True)
+            )
+
+
+def largest_strain(F: np.ndarray) -> float:
+    """Return the largest norm of the Green strain (F^T F - I) / 2 of F (m, 3, 3)."""
+    strain = 0.5 * (F.transpose(0, 2, 1) @ F - np.eye(3))
+    return float(np.sqrt(np.einsum("eij,eij->e", strain, strain).max()))

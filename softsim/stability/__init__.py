@@ -1,1 +1,0 @@
-"""Stable time step: upper bound of the stiffness, its largest eigenvalue, and a schedule."""
