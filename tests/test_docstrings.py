@@ -1,7 +1,8 @@
-"""Docstrings of softsim are complete statements; none opens as a fragment ("Of an increment.")."""
+"""Docstrings of softsim are complete statements, and no two of its classes have the same name."""
 
 import ast
 import re
+from collections import Counter
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -40,3 +41,13 @@ def test_no_docstring_is_a_fragment():
         if FRAGMENT.match(text)
     ]
     assert found == []
+
+
+def test_no_two_classes_have_the_same_name():
+    names = Counter(
+        node.name
+        for path in PACKAGE.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ClassDef)
+    )
+    assert [name for name, count in names.items() if count > 1] == []

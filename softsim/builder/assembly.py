@@ -14,7 +14,7 @@ from softsim.builder.names import Names
 from softsim.builder.names import chamber as chamber_of
 from softsim.builder.names import robot as robot_of
 from softsim.builder.passage import crossing, end_time, refuse_steady_probe, steady_probe
-from softsim.builder.profiles import Loaded, over_the_run
+from softsim.builder.profiles import LoadTargets, over_the_run
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.loads.load import of_kind
 from softsim.loads.nodal import RisingGravity
@@ -84,7 +84,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
         )
         for r, name in enumerate(scene.rigid_bodies)
     )
-    stiffness = contact.Stiffness(
+    stiffness = contact.PenaltyStiffness(
         scene.contact,
         contact.penalty_stiffness(names, bodies, len(points)),
         all_ties.moved_mass(contact.contact_mass(points, mass, moves, rigid_bodies)),
@@ -96,7 +96,9 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     walls.refuse_penetration(names, all_walls, points[touching])
     at_walls = stiffness.contact(touching, scene.contact.friction_coefficient)
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
-    acting = loads.built_loads(Loaded(names, bodies, points, own_mass, moves, tied, total_mass))
+    acting = loads.built_loads(
+        LoadTargets(names, bodies, points, own_mass, moves, tied, total_mass)
+    )
     chamber = chamber_of(names, of_kind(acting.values(), FollowerPressure))
     full_gravity, rise = gravity(names), gravity_share(names)
     starting_gravity = full_gravity

@@ -215,7 +215,7 @@ def refuse_other_formulation(loaded: LoadedScene, name: str) -> None:
         )
 
 
-def kinematics(loaded: LoadedScene, name: str, data: scene_bodies.Body, mesh: Mesh) -> Geometry:
+def kinematics(loaded: LoadedScene, name: str, data: scene_bodies.BodySpec, mesh: Mesh) -> Geometry:
     """Return the geometry of a body's elements."""
     made: dict[str, Callable[[], Geometry]] = {
         "plane_strain": lambda: PlaneStrain(data.thickness or 0.0),
@@ -227,7 +227,7 @@ def kinematics(loaded: LoadedScene, name: str, data: scene_bodies.Body, mesh: Me
 
 
 def ring_section(
-    loaded: LoadedScene, name: str, data: scene_bodies.Body, mesh: Mesh
+    loaded: LoadedScene, name: str, data: scene_bodies.BodySpec, mesh: Mesh
 ) -> RingSection:
     """Return the geometry of a ring section.
 
@@ -290,7 +290,7 @@ def refuse_half_rings(
         )
 
 
-def placed_mesh(loaded: LoadedScene, name: str, data: scene_bodies.Body) -> MeshFile:
+def placed_mesh(loaded: LoadedScene, name: str, data: scene_bodies.BodySpec) -> MeshFile:
     """Return the mesh of a body, checked and moved to its place, and how it was read."""
     keys = ("bodies", name, "mesh")
     try:
@@ -352,7 +352,7 @@ def generated(loaded: LoadedScene, name: str, source: GeneratedMesh) -> Mesh:
         ) from None
 
 
-def read_or_generated(loaded: LoadedScene, name: str, data: scene_bodies.Body) -> MeshFile:
+def read_or_generated(loaded: LoadedScene, name: str, data: scene_bodies.BodySpec) -> MeshFile:
     """Return the mesh from its file or its generator. Raises MeshError."""
     source = data.mesh
     if not isinstance(source, FileMesh):

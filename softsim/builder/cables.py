@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
+from softsim.builder.contact import ALLOWED_PENETRATION, PenaltyStiffness
 from softsim.builder.loads import ELASTIC_SLIP
 from softsim.builder.names import MeshedBody, Names, PlacedCable, in_mm, model_vector
 from softsim.contact.pipe_network import PipeNetwork
@@ -49,7 +49,7 @@ def placed_cables(loaded: LoadedScene, bodies: Mapping[str, MeshedBody]) -> dict
 
 
 def along(
-    loaded: LoadedScene, name: str, data: structural.Cable, corners: np.ndarray
+    loaded: LoadedScene, name: str, data: structural.CableSpec, corners: np.ndarray
 ) -> np.ndarray:
     """Return nodes (k, d) [m], evenly spaced along the line through `corners` (c, d) [m]."""
     steps = np.linalg.norm(np.diff(corners, axis=0), axis=1)
@@ -88,7 +88,7 @@ def cable_mass(names: Names, name: str) -> np.ndarray:
 
 
 def built_cables(
-    names: Names, is_free: np.ndarray, stiffness: Stiffness, walls: Sequence[Wall]
+    names: Names, is_free: np.ndarray, stiffness: PenaltyStiffness, walls: Sequence[Wall]
 ) -> tuple[CableData, ...]:
     """Return all cables of a model with these walls; is_free (n, d): of all nodes.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from softsim.builder.bodies import common_geometry
 from softsim.builder.names import MeshedBody, Names, in_mm
-from softsim.builder.profiles import Loaded, over_the_run
+from softsim.builder.profiles import LoadTargets, over_the_run
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import Geometry
 from softsim.elements.ring_section import RingSection
@@ -186,14 +186,14 @@ def chain(following: dict[int, int], start: int) -> list[int]:
 LIQUID_SHARE = 0.1
 
 Chamber = (
-    scene_chambers.FollowerPressure
-    | scene_chambers.AddedVolume
-    | scene_chambers.AddedGas
+    scene_chambers.FollowerPressureSpec
+    | scene_chambers.AddedVolumeSpec
+    | scene_chambers.AddedGasSpec
     | scene_chambers.Pneumatic
 )
 
 
-def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> FollowerPressure:
+def pressure(loaded: LoadTargets, load: Chamber, keys: Keys) -> FollowerPressure:
     """Return the follower pressure on the facets of a chamber."""
     names, points, is_free = loaded.names, loaded.points, loaded.is_free
     facets = joined_facets(names, load.facets, keys)
@@ -205,7 +205,7 @@ def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> FollowerPressure:
         held = np.zeros_like(is_free)
         remedy = f"tie both ends to '{load.reacts_on}' (rigid_bodies.{load.reacts_on}.tied)"
         held[loaded.tied[body]] = True
-    asks_volume = not isinstance(load, scene_chambers.FollowerPressure)
+    asks_volume = not isinstance(load, scene_chambers.FollowerPressureSpec)
     if asks_volume or body is not None:
         refuse_open_chamber(names, facets, points, held, remedy, keys)
     edges = lids(names, facets, points, held) if asks_volume else facets[:0]
@@ -236,10 +236,10 @@ def built_drive(
     A volume up to `nothing` [m^3] counts as none. A liquid adds at most the fraction LIQUID_SHARE
     to `stiffest`, the largest omega^2 [1/s^2] at rest, in a chamber of this `compliance` [m^4/kg].
     """
-    if isinstance(load, scene_chambers.FollowerPressure):
+    if isinstance(load, scene_chambers.FollowerPressureSpec):
         return followed(names, load.profile, lambda given: pressure_on_facets(load, given), keys)
     # A gas may start in a flat chamber, if its line has room; a liquid needs a volume to refer to.
-    least = nothing if isinstance(load, scene_chambers.AddedVolume) else -nothing
+    least = nothing if isinstance(load, scene_chambers.AddedVolumeSpec) else -nothing
     if volume < least:
         raise names.loaded.error(
             (*keys, "facets"),
@@ -250,7 +250,7 @@ def built_drive(
     if isinstance(load, scene_chambers.Pneumatic):
         return air_line(names, load, volume, nothing, keys)
     profile = over_the_run(names, load.profile, keys)
-    if isinstance(load, scene_chambers.AddedGas):
+    if isinstance(load, scene_chambers.AddedGasSpec):
         side = room_beside(names, load, volume, load.dead_volume, nothing, keys)
         specific_energy = load.gas_constant * load.temperature
         gas = AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
@@ -285,7 +285,7 @@ def commanded(load: Chamber, drive: Scheduled | AirLine, profile: Profile) -> Sc
     profile: over time [s], the pressure of the gauge [Pa], the volume pumped in [m^3] or the mass
     let in [kg].
     """
-    if isinstance(load, scene_chambers.FollowerPressure):
+    if isinstance(load, scene_chambers.FollowerPressureSpec):
         return GivenPressure(profile, pressure_on_facets(load, profile))
     if isinstance(drive, AirLine):
         return replace(drive, course=GivenPressure(profile, profile))
@@ -306,7 +306,7 @@ def followed(
 
 def room_beside(
     names: Names,
-    load: scene_chambers.AddedGas | scene_chambers.Pneumatic,
+    load: scene_chambers.AddedGasSpec | scene_chambers.Pneumatic,
     volume: float,
     dead: float,
     nothing: float,
@@ -375,7 +375,7 @@ def highest_of(course: GivenPressure | ControlledPressure) -> float:
     return float(course.profile.values.max())
 
 
-def pressure_on_facets(load: scene_chambers.FollowerPressure, profile: Profile) -> Profile:
+def pressure_on_facets(load: scene_chambers.FollowerPressureSpec, profile: Profile) -> Profile:
     """Return the pressure on the facets [Pa over s] while a gauge shows `profile`."""
     if load.acts_as_given:
         return profile

@@ -36,7 +36,7 @@ ALLOWED_PENETRATION = 1e-9
 
 
 @dataclass(frozen=True)
-class Stiffness:
+class PenaltyStiffness:
     """Penalty stiffness (n,) [N/m] and mass (n,) [kg] that a contact has to move, per node."""
 
     settings: walls.Contact

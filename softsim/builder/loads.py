@@ -9,7 +9,7 @@ import numpy as np
 from softsim.builder.bodies import bounded
 from softsim.builder.chambers import joined_facets, pressure
 from softsim.builder.names import Names, in_mm
-from softsim.builder.profiles import Loaded, over_the_run
+from softsim.builder.profiles import LoadTargets, over_the_run
 from softsim.builder.rigid import freedom
 from softsim.builder.structural import in_bodies, refuse_all_around
 from softsim.elements.geometry import nodal_sums
@@ -32,7 +32,7 @@ ELASTIC_SLIP = 0.1e-3
 SAME_PLACE = 1e-6
 
 
-def built_loads(loaded: Loaded) -> dict[str, Load]:
+def built_loads(loaded: LoadTargets) -> dict[str, Load]:
     """Return all loads of a scene by name, in its order."""
     return {
         name: BUILDERS[type(load)](loaded, load, ("loads", name))
@@ -41,7 +41,10 @@ def built_loads(loaded: Loaded) -> dict[str, Load]:
 
 
 def sized(
-    loaded: Loaded, load: scene_loads.OverTime | scene_loads.Directed[Any], full: str, keys: Keys
+    loaded: LoadTargets,
+    load: scene_loads.OverTime | scene_loads.Directed[Any],
+    full: str,
+    keys: Keys,
 ) -> tuple[np.ndarray, Profile]:
     """Return the vector of a load and the factor of it over time [s] of the whole run.
 
@@ -55,14 +58,16 @@ def sized(
     return direction / np.linalg.norm(direction), over_the_run(names, load.profile, keys)
 
 
-def over_time(loaded: Loaded, load: scene_loads.OverTime, keys: Keys) -> Profile:
+def over_time(loaded: LoadTargets, load: scene_loads.OverTime, keys: Keys) -> Profile:
     """Return the factor of a load over time [s] of the whole run."""
     if load.profile is None:
         return smooth_rise(load.ramp).delayed(loaded.names.beginning.of(keys))
     return over_the_run(loaded.names, load.profile, keys)
 
 
-def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys) -> CarriedRotor:
+def eccentric_motor(
+    loaded: LoadTargets, load: scene_loads.EccentricMass, keys: Keys
+) -> CarriedRotor:
     """Return a vibration motor on a rigid body."""
     rotor = eccentric_mass(
         load.factor * load.eccentric_mass, load.radius, load.frequency,
@@ -73,7 +78,7 @@ def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys)
     return CarriedRotor(shaken_body(loaded, load.acts_on, keys), begun)
 
 
-def sinusoid(loaded: Loaded, load: scene_loads.SinusoidalForce, keys: Keys) -> Rotor:
+def sinusoid(loaded: LoadTargets, load: scene_loads.SinusoidalForce, keys: Keys) -> Rotor:
     """Return a sinusoidal force on a rigid body."""
     direction = loaded.names.vector(load.direction, (*keys, "direction"))
     rotor = sinusoidal_force(load.amplitude, direction, load.frequency, load.spin_up, load.phase)
@@ -81,7 +86,7 @@ def sinusoid(loaded: Loaded, load: scene_loads.SinusoidalForce, keys: Keys) -> R
     return Rotor(shaken_body(loaded, load.acts_on, keys), begun)
 
 
-def shaken_body(loaded: Loaded, acts_on: str, keys: Keys) -> int:
+def shaken_body(loaded: LoadTargets, acts_on: str, keys: Keys) -> int:
     """Return the number of the rigid body on which a vibration acts."""
     names = loaded.names
     if names.scene.time.procedure == "static":
@@ -94,7 +99,9 @@ def shaken_body(loaded: Loaded, acts_on: str, keys: Keys) -> int:
 
 
 def nodal_force(
-    loaded: Loaded, load: scene_loads.NodalForce | scene_loads.DirectedNodalForce, keys: Keys
+    loaded: LoadTargets,
+    load: scene_loads.NodalForceSpec | scene_loads.DirectedNodalForce,
+    keys: Keys,
 ) -> NodalForce:
     """Return a force on a node set."""
     names = loaded.names
@@ -111,7 +118,9 @@ def nodal_force(
 
 
 def surface_traction(
-    loaded: Loaded, load: scene_loads.SurfaceTraction | scene_loads.DirectedTraction, keys: Keys
+    loaded: LoadTargets,
+    load: scene_loads.SurfaceTraction | scene_loads.DirectedTraction,
+    keys: Keys,
 ) -> NodalForce:
     """Return a force per area at rest on facets: on each corner int N_a t dA."""
     names = loaded.names
@@ -125,7 +134,7 @@ def surface_traction(
 
 
 def body_force(
-    loaded: Loaded, load: scene_loads.BodyForce | scene_loads.DirectedBodyForce, keys: Keys
+    loaded: LoadTargets, load: scene_loads.BodyForce | scene_loads.DirectedBodyForce, keys: Keys
 ) -> NodalForce:
     """Return a force per volume at rest on bodies, by their lumped volume."""
     names = loaded.names
@@ -153,7 +162,9 @@ def distributed(measure: np.ndarray, per_measure: np.ndarray, factor: Profile) -
 
 
 def rigid_force(
-    loaded: Loaded, load: scene_loads.RigidForce | scene_loads.DirectedRigidForce, keys: Keys
+    loaded: LoadTargets,
+    load: scene_loads.RigidForceSpec | scene_loads.DirectedRigidForce,
+    keys: Keys,
 ) -> RigidForce:
     """Return a force on a rigid body."""
     names = loaded.names
@@ -161,13 +172,13 @@ def rigid_force(
     return RigidForce(body, *sized(loaded, load, "force", keys))
 
 
-def axial_relief(loaded: Loaded, load: scene_loads.AxialRelief, keys: Keys) -> AxialRelief:
+def axial_relief(loaded: LoadTargets, load: scene_loads.AxialReliefSpec, keys: Keys) -> AxialRelief:
     """Return the relief of a rigid body from a fraction of the total weight along its axis."""
     body = loaded.names.rigid_number(load.acts_on, (*keys, "acts_on"))
     return AxialRelief(body, load.share * loaded.total_mass)
 
 
-def tendon(loaded: Loaded, load: scene_loads.Tendon, keys: Keys) -> Tendon:
+def tendon(loaded: LoadTargets, load: scene_loads.TendonSpec, keys: Keys) -> Tendon:
     """Return a tendon that holds a rigid body."""
     names = loaded.names
     body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
@@ -184,7 +195,7 @@ def tendon(loaded: Loaded, load: scene_loads.Tendon, keys: Keys) -> Tendon:
     return Tendon(body, load.stiffness, direction / np.linalg.norm(direction), load.slack)
 
 
-def tether(loaded: Loaded, load: scene_loads.Tether, keys: Keys) -> Tether:
+def tether(loaded: LoadTargets, load: scene_loads.TetherSpec, keys: Keys) -> Tether:
     """Return a tether that a rigid body trails."""
     names = loaded.names
     strength = float(np.linalg.norm(names.scene.environment.gravity))
@@ -206,7 +217,7 @@ def tether(loaded: Loaded, load: scene_loads.Tether, keys: Keys) -> Tether:
     )
 
 
-def turning_stiffness(names: Names, load: scene_loads.Tether, keys: Keys) -> np.ndarray:
+def turning_stiffness(names: Names, load: scene_loads.TetherSpec, keys: Keys) -> np.ndarray:
     """Return the stiffness (3,) [N m/rad] of a tether against roll, yaw and pitch.
 
     These are rotations about x, y and z.
@@ -222,7 +233,7 @@ def turning_stiffness(names: Names, load: scene_loads.Tether, keys: Keys) -> np.
     return np.array([load.roll_stiffness, load.yaw_stiffness, load.pitch_stiffness])
 
 
-def pulled_cable(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> PulledCable:
+def pulled_cable(loaded: LoadTargets, load: scene_loads.PulledCableSpec, keys: Keys) -> PulledCable:
     """Return a cable through eyelets."""
     names = loaded.names
     refuse_all_around(names, "a cable", keys)
@@ -253,7 +264,9 @@ def pulled_cable(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> P
     return replace(cable, rest_length=float(pieces.sum()))
 
 
-def driven(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> tuple[Profile, Profile]:
+def driven(
+    loaded: LoadTargets, load: scene_loads.PulledCableSpec, keys: Keys
+) -> tuple[Profile, Profile]:
     """Return the drawn-in length [m] of a cable and its tension [N] over time [s] of the whole run.
 
     The one that the scene does not give is zero.
@@ -277,23 +290,23 @@ def driven(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> tuple[P
     return course.times_factor(pull), course.times_factor(tension)
 
 
-BUILDERS: dict[type, Callable[[Loaded, Any, Keys], Load]] = {
-    scene_chambers.FollowerPressure: pressure,
-    scene_chambers.AddedVolume: pressure,
-    scene_chambers.AddedGas: pressure,
+BUILDERS: dict[type, Callable[[LoadTargets, Any, Keys], Load]] = {
+    scene_chambers.FollowerPressureSpec: pressure,
+    scene_chambers.AddedVolumeSpec: pressure,
+    scene_chambers.AddedGasSpec: pressure,
     scene_chambers.Pneumatic: pressure,
     scene_loads.EccentricMass: eccentric_motor,
     scene_loads.SinusoidalForce: sinusoid,
-    scene_loads.NodalForce: nodal_force,
+    scene_loads.NodalForceSpec: nodal_force,
     scene_loads.DirectedNodalForce: nodal_force,
     scene_loads.SurfaceTraction: surface_traction,
     scene_loads.DirectedTraction: surface_traction,
     scene_loads.BodyForce: body_force,
     scene_loads.DirectedBodyForce: body_force,
-    scene_loads.RigidForce: rigid_force,
+    scene_loads.RigidForceSpec: rigid_force,
     scene_loads.DirectedRigidForce: rigid_force,
-    scene_loads.AxialRelief: axial_relief,
-    scene_loads.Tendon: tendon,
-    scene_loads.Tether: tether,
-    scene_loads.PulledCable: pulled_cable,
+    scene_loads.AxialReliefSpec: axial_relief,
+    scene_loads.TendonSpec: tendon,
+    scene_loads.TetherSpec: tether,
+    scene_loads.PulledCableSpec: pulled_cable,
 }

@@ -198,7 +198,7 @@ def layout_item(names: Names, keys: Keys, item: PipeItem, diameter: float) -> pi
     if isinstance(item, TaperItem):
         return pipe_layout.Taper(item.taper, item.to)
     if isinstance(item, StepItem):
-        return pipe_layout.Step(item.step)
+        return pipe_layout.DiameterStep(item.step)
     if names.dimension == 2 and item.turned != 0.0:
         raise names.loaded.error(
             (*keys, "turned"),

@@ -11,7 +11,7 @@ from softsim.builder.names import Names
 from softsim.loads import profile as profiles
 from softsim.loads.profile import Profile
 from softsim.model import Body
-from softsim.scene.conditions import Prescribed, RigidMotion, WallMotion
+from softsim.scene.conditions import Prescribed, RigidMotionSpec, WallMotion
 from softsim.scene.profiles import (
     Constant,
     CyclesProfile,
@@ -20,9 +20,9 @@ from softsim.scene.profiles import (
     Ramp,
     Sine,
     SmoothStep,
-    Table,
+    TableSpec,
 )
-from softsim.scene.quantities import Part
+from softsim.scene.quantities import Spec
 from softsim.scene.text import Keys
 from softsim.solver.stable_step import element_frequencies
 
@@ -31,14 +31,14 @@ CURVES: dict[type, Callable[..., Profile]] = {
     Ramp: lambda end, value, duration: profiles.constant(value, duration),
     SmoothStep: lambda end, value, duration: profiles.smooth_rise(duration).times_factor(value),
     Sine: profiles.sine,
-    Table: lambda end, points: Profile(*np.array(points, dtype=float).T),
+    TableSpec: lambda end, points: Profile(*np.array(points, dtype=float).T),
     PeriodicCycles: profiles.periodic_cycles,
     CyclesProfile: lambda end, **said: profiles.cycles(**said),
     NaturalDeflationProfile: lambda end, **said: profiles.natural_deflation(**said),
 }
 
 
-def built_profile(data: Part, end: float) -> Profile:
+def built_profile(data: Spec, end: float) -> Profile:
     """Return the profile that a scene describes.
 
     Parameters
@@ -53,14 +53,14 @@ def built_profile(data: Part, end: float) -> Profile:
     return curve(end=end, **said)
 
 
-def over_the_run(names: Names, data: Part, keys: Keys) -> Profile:
+def over_the_run(names: Names, data: Spec, keys: Keys) -> Profile:
     """Return the profile over time [s] of the whole run, up to the end of its step."""
     start, time = names.beginning.of(keys), names.beginning.time
     return built_profile(data, time + names.scene.time.end - start).delayed(start)
 
 
 def displacement(
-    names: Names, motion: Prescribed | RigidMotion | WallMotion, keys: Keys
+    names: Names, motion: Prescribed | RigidMotionSpec | WallMotion, keys: Keys
 ) -> Profile:
     """Return a displacement [m over s of the whole run], which starts from zero."""
     if motion.displacement is None:
@@ -87,7 +87,7 @@ def _integrated_velocity(names: Names, velocity: Any, keys: Keys) -> Profile:
 
 
 @dataclass(frozen=True)
-class Loaded:
+class LoadTargets:
     """Bodies and nodes on which loads act.
 
     points (n, d) [m], mass (n,) [kg] and is_free (n, d): of all nodes. tied: nodes tied to each

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
+from softsim.builder.contact import ALLOWED_PENETRATION, PenaltyStiffness
 from softsim.builder.names import Names, PlacedSurface, in_mm
 from softsim.builder.profiles import displacement
 from softsim.contact.polyline import checked_polyline
@@ -68,7 +68,7 @@ def free_to_move(names: Names, name: str) -> tuple[bool, ...]:
     moved = {
         condition.direction
         for condition in names.scene.conditions.values()
-        if isinstance(condition, conditions.RigidMotion) and condition.body == name
+        if isinstance(condition, conditions.RigidMotionSpec) and condition.body == name
     }
     free = zip(DIRECTIONS, freedom(names, name), strict=True)
     return tuple(yes and d not in moved for d, yes in free)
@@ -81,7 +81,7 @@ def rigid_motions(names: Names) -> dict[str, RigidMotion]:
     """
     result: dict[str, RigidMotion] = {}
     for key, condition in names.scene.conditions.items():
-        if not isinstance(condition, conditions.RigidMotion):
+        if not isinstance(condition, conditions.RigidMotionSpec):
             continue
         keys = ("conditions", key)
         body = names.rigid_number(condition.body, (*keys, "body"))
@@ -399,7 +399,7 @@ def points_around() -> np.ndarray:
 def outlines(
     names: Names,
     points: np.ndarray,
-    stiffness: Stiffness,
+    stiffness: PenaltyStiffness,
     tied: list[np.ndarray],
 ) -> tuple[OutlineData, ...]:
     """Return the outlines of all rigid bodies that have one, with the contact of their supports.

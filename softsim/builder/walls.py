@@ -33,6 +33,7 @@ from softsim.scene.walls import (
     PipePathWall,
     PipeWall,
     PlaneWall,
+    PolylineWallSpec,
     PrintedTerrain,
     RampWall,
     SemicircleWall,
@@ -41,7 +42,6 @@ from softsim.scene.walls import (
     SurfaceWall,
     Terrain,
 )
-from softsim.scene.walls import PolylineWall as PolylineSpec
 
 # -------------------------------------------------------------------------------------------------
 # Walls represented by a grid of distances: STL surfaces in space.
@@ -95,10 +95,10 @@ DRAWN_BESIDE = 0.25
 def polyline_walls(names: Names) -> list[PolylineWall]:
     """Return the polyline walls of a scene."""
     walls = names.scene.environment.walls.items()
-    return [polyline_wall(names, n, w) for n, w in walls if isinstance(w, PolylineSpec)]
+    return [polyline_wall(names, n, w) for n, w in walls if isinstance(w, PolylineWallSpec)]
 
 
-def polyline_wall(names: Names, name: str, wall: PolylineSpec) -> PolylineWall:
+def polyline_wall(names: Names, name: str, wall: PolylineWallSpec) -> PolylineWall:
     """Return one polyline wall, with its points from the scene or from a file."""
     keys = ("environment", "walls", name)
     source = "points" if wall.file is None else "file"
@@ -447,7 +447,7 @@ OVERLAPS: dict[type, Callable[[Names, str, Any, np.ndarray], SceneError]] = {
     CylinderWall: partial(plain_overlap, "center"),
     PipeWall: pipe_overlap,
     PipePathWall: overlap,
-    PolylineSpec: partial(plain_overlap, "kind"),
+    PolylineWallSpec: partial(plain_overlap, "kind"),
     SurfaceWall: partial(plain_overlap, "kind"),
     RampWall: partial(plain_overlap, "foot"),
     SemicircleWall: partial(plain_overlap, "foot"),

@@ -7,7 +7,7 @@ import numpy as np
 
 from softsim.calibration.curves import WallCurve
 from softsim.calibration.mapping import Mapping
-from softsim.calibration.specimen import Stiffness
+from softsim.calibration.specimen import SpecimenStiffness
 
 
 @dataclass(frozen=True)
@@ -15,8 +15,8 @@ class Stiffnesses:
     """Stiffnesses of reference and section along one axis."""
 
     axis: str
-    reference: Stiffness
-    section: Stiffness
+    reference: SpecimenStiffness
+    section: SpecimenStiffness
 
     @property
     def ratio(self) -> float:

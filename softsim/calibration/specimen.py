@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.scene.chambers import FollowerPressure
+from softsim.scene.chambers import FollowerPressureSpec
 from softsim.scene.loading import LoadedScene
 from softsim.scene.walls import PipeWall
 
@@ -80,7 +80,7 @@ def _specimen(loaded: LoadedScene, formulations: tuple[str, ...], role: str) -> 
                 f"'{name}' is {body.formulation}: {role} {' or '.join(formulations)}",
                 "softsim calibrate-section SECTION_SCENE --reference SOLID_SCENE",
             )
-    air = {n: load for n, load in scene.loads.items() if isinstance(load, FollowerPressure)}
+    air = {n: load for n, load in scene.loads.items() if isinstance(load, FollowerPressureSpec)}
     if len(air) != 1:
         raise loaded.error(
             ("loads",),
@@ -127,18 +127,18 @@ class Move:
 
 
 @dataclass(frozen=True)
-class Stiffness:
+class SpecimenStiffness:
     """Force over displacement [N/m], and how far the force still swings, over its change [-]."""
 
     value: float
     unrest: float
 
 
-def stiffness(history: Mapping[str, np.ndarray], move: Move) -> Stiffness:
+def stiffness(history: Mapping[str, np.ndarray], move: Move) -> SpecimenStiffness:
     """Stiffness along a move's axis: by how much the walls push back, over the distance."""
     time, force = history["time"], history[f"wall_force_{move.axis}"]
     before = force[(time > move.begin - move.rest) & (time <= move.begin)]
     after = force[(time > move.until - move.rest) & (time <= move.until)]
     change = float(before.mean() - after.mean())
     swing = 0.5 * float(np.ptp(after))
-    return Stiffness(change / move.distance, abs(swing / change) if change else np.inf)
+    return SpecimenStiffness(change / move.distance, abs(swing / change) if change else np.inf)

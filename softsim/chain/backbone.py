@@ -97,7 +97,7 @@ class Tilt:
 
 
 @dataclass(frozen=True)
-class Joint:
+class JointStiffness:
     """Bending stiffness against the angle theta between the links of each joint.
 
     U = sum k theta^2 / 2, which does not depend on the direction of the ground.
@@ -133,8 +133,8 @@ def _between(u: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return across, np.arctan2(size(across), cosine)
 
 
-Bending = Tilt | Joint
-BENDINGS: dict[str, type[Bending]] = {"tilt": Tilt, "joint": Joint}
+Bending = Tilt | JointStiffness
+BENDINGS: dict[str, type[Bending]] = {"tilt": Tilt, "joint": JointStiffness}
 
 
 @dataclass(frozen=True, eq=False)

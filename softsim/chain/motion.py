@@ -13,7 +13,7 @@ from softsim.chain.chain import Chain
 from softsim.chain.ground import touching
 from softsim.chain.lattice import dot, size
 from softsim.errors import StabilityError
-from softsim.scene.chain import Time
+from softsim.scene.chain import ChainTimeSpec
 
 # -------------------------------------------------------------------------------------------------
 # Time integration of y' = rates(t, y).
@@ -199,7 +199,7 @@ class Motion:
         return np.fft.rfftfreq(padded, self.times[1])[power.argmax(axis=0)]
 
 
-def simulate(chain: Chain, time: Time) -> Motion:
+def simulate(chain: Chain, time: ChainTimeSpec) -> Motion:
     """Return the motion of a chain from rest. Raises StabilityError if integration fails."""
     steps = round(time.end / time.increment)
     times = np.linspace(0.0, steps * time.increment, steps + 1)

@@ -40,7 +40,7 @@ class Memory:
     total: int
 
 
-class Place(Protocol):
+class ComputeDevice(Protocol):
     """Hardware with a name and its own memory, which can hold fields."""
 
     @property
@@ -263,7 +263,7 @@ def _management_library() -> Iterator[None]:
         pynvml.nvmlShutdown()
 
 
-def memory_of(device: str) -> Place | None:
+def memory_of(device: str) -> ComputeDevice | None:
     """Return the hardware whose memory holds fields on "cpu" or "cuda", or None if unknown.
 
     It is None if the driver reports no memory, without NVML, permission or support; CUDA may work

@@ -112,7 +112,7 @@ def share_along(a, b, x):
     return ti.math.clamp((x - a).dot(along) / along.norm_sqr(), 0.0, 1.0)
 
 
-class Edge:
+class EdgeShape:
     """An edge of a section, with the material to its left."""
 
     dimension = 2
@@ -147,7 +147,7 @@ class Edge:
         return ti.cast(1.0, backend.real)
 
 
-class Triangle:
+class TriangleShape:
     """A triangle in space; seen from outside its corners go counter-clockwise."""
 
     dimension = 3
@@ -204,7 +204,7 @@ FACING = 0.3
 # Over the size of a facet: length beyond an end of the surface over which contact fades.
 EXTENSION = 0.1
 
-SHAPES: dict[int, Any] = {2: Edge, 3: Triangle}
+SHAPES: dict[int, Any] = {2: EdgeShape, 3: TriangleShape}
 
 
 class DeformableSurface:

@@ -122,7 +122,7 @@ class SpacingError(MeshError):
     """Error of a grid whose spacing is too small or too large."""
 
 
-class Facets(Protocol):
+class FacetedWall(Protocol):
     """Interface of a wall of straight facets, such as triangle_surface.TriangleSurface."""
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
@@ -224,7 +224,7 @@ def _of_neighbours(function: np.ufunc, values: np.ndarray, axis: int) -> np.ndar
 
 
 def tabulated(
-    wall: Facets, low: np.ndarray, high: np.ndarray, spacing: float
+    wall: FacetedWall, low: np.ndarray, high: np.ndarray, spacing: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the origin (d,) [m] and the values [m] of the grid of a wall.
 
@@ -263,7 +263,7 @@ def least_spacing(low: np.ndarray, high: np.ndarray) -> float:
 
 
 def distances_in_band(
-    wall: Facets, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
+    wall: FacetedWall, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
 ) -> np.ndarray:
     """Return the signed distances [m] at the nodes in the band, infinite at the others."""
     farthest = farthest_facets(wall, origin, spacing, shape)
@@ -286,7 +286,7 @@ def distances_in_band(
 
 
 def farthest_facets(
-    wall: Facets, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
+    wall: FacetedWall, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
 ) -> np.ndarray:
     """Return an upper bound (nodes,) [m] of the distance from each node to its nearest facet.
 
@@ -309,7 +309,7 @@ def places_of(
 
 
 def pairs_nearby(
-    wall: Facets, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
+    wall: FacetedWall, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yield, in parts, pairs (k,) of a node and a facet whose enlarged box contains the node.
 
@@ -369,7 +369,9 @@ def refuse_unclear_sides(values: np.ndarray, origin: np.ndarray, spacing: float)
             )
 
 
-def refuse_too_thin(values: np.ndarray, origin: np.ndarray, spacing: float, wall: Facets) -> None:
+def refuse_too_thin(
+    values: np.ndarray, origin: np.ndarray, spacing: float, wall: FacetedWall
+) -> None:
     """Raise SpacingError if the wall is too thin for its grid.
 
     Within two cells of the centre of every facet there must be a node half a spacing deep in the

@@ -39,7 +39,7 @@ class Taper:
 
 
 @dataclass(frozen=True)
-class Step:
+class DiameterStep:
     """Change of the diameter to `to` [m] from here on: a flat ring perpendicular to the axis."""
 
     to: float
@@ -62,11 +62,11 @@ class Fork:
     fillet: float
 
 
-Item = Straight | Bend | Taper | Step | Fork
+Item = Straight | Bend | Taper | DiameterStep | Fork
 
 
 @dataclass(frozen=True)
-class Pose:
+class PathPose:
     """Position and orientation reached along a pipe.
 
     place (d,) [m]; frame (3, 3): the directions forward, left and up; radius [m]; arc: arc length
@@ -106,21 +106,21 @@ def path_of_items(
     return PipePath(name, laid, closed)
 
 
-def beginning(diameter: float, start: np.ndarray) -> Pose:
+def beginning(diameter: float, start: np.ndarray) -> PathPose:
     """Return the pose at the start of a pipe."""
-    return Pose(np.array(start, dtype=float), np.eye(3), 0.5 * diameter, 0.0)
+    return PathPose(np.array(start, dtype=float), np.eye(3), 0.5 * diameter, 0.0)
 
 
 def segments_of(
-    items: Sequence[Item], pose: Pose, first: int
-) -> tuple[tuple[Segment, ...], list[tuple[Fork, Pose, int]]]:
+    items: Sequence[Item], pose: PathPose, first: int
+) -> tuple[tuple[Segment, ...], list[tuple[Fork, PathPose, int]]]:
     """Return the segments of items from a pose on, and the forks.
 
     Items are numbered from `first` on. Each fork comes with the pose in its middle and its number.
     """
     segments, forks = [], []
     for number, item in enumerate(items, first):
-        if isinstance(item, Step):
+        if isinstance(item, DiameterStep):
             pose = replace(pose, radius=0.5 * item.to)
             continue
         if isinstance(item, Fork):
@@ -132,7 +132,9 @@ def segments_of(
     return tuple(segments), forks
 
 
-def advanced(pose: Pose, item: Straight | Bend | Taper, number: int) -> tuple[Segment, Pose]:
+def advanced(
+    pose: PathPose, item: Straight | Bend | Taper, number: int
+) -> tuple[Segment, PathPose]:
     """Return the segment of an item from a pose on, and the pose at its end."""
     d = len(pose.place)
     side, bend_radius, kind, end_radius = pose.frame[1], np.inf, STRAIGHT, pose.radius
@@ -150,7 +152,7 @@ def advanced(pose: Pose, item: Straight | Bend | Taper, number: int) -> tuple[Se
     )  # fmt: skip
     frame = pose.turned_to(side, item.angle) if isinstance(item, Bend) else pose.frame
     place = segment.axis_place(np.array([length]))[0][0]
-    return segment, Pose(place, frame, end_radius, pose.arc + length)
+    return segment, PathPose(place, frame, end_radius, pose.arc + length)
 
 
 def network_of_items(
@@ -186,7 +188,7 @@ def network_of_items(
         junctions += junctions_of(fork, middle)
         for exit_name, angle in fork.sides.items():
             frame = middle.turned_to(middle.side(angle), RIGHT_ANGLE)
-            pose = Pose(middle.place, frame, 0.5 * fork.to, middle.arc)
+            pose = PathPose(middle.place, frame, 0.5 * fork.to, middle.arc)
             stub, pose = advanced(pose, Straight(0.5 * fork.length), number)
             own, forks = segments_of(branches[exit_name], pose, first_item[exit_name])
             ends_in_fork = bool(forks) and not forks[-1][0].goes_on
@@ -199,7 +201,7 @@ def network_of_items(
     return PipeNetwork(name, tuple(found), tuple(junctions))
 
 
-def junctions_of(fork: Fork, middle: Pose) -> list[Junction]:
+def junctions_of(fork: Fork, middle: PathPose) -> list[Junction]:
     """Return the junctions of a fork.
 
     If the pipe continues, each pipe that leaves it makes one; otherwise the pipe itself is the

@@ -336,7 +336,7 @@ class PipePath:
 # Features of a pipe's path: joints, steps and narrow places. Geometry in numpy.
 
 
-class Edge(Enum):
+class FeaturePosition(Enum):
     """Position of a feature relative to the list item that it belongs to."""
 
     BEGINNING = "beginning of"
@@ -353,7 +353,7 @@ class Feature:
 
     place: float
     item: int
-    edge: Edge
+    edge: FeaturePosition
 
 
 def features(path: PipePath) -> list[Feature]:
@@ -362,11 +362,11 @@ def features(path: PipePath) -> list[Feature]:
     for before, after in zip(path.segments[:-1], path.segments[1:], strict=True):
         if before.radii[1] != after.radii[0]:
             # The step stands between them in the list; the last one decides, should there be two.
-            found.append(Feature(after.start, after.item - 1, Edge.STEP))
+            found.append(Feature(after.start, after.item - 1, FeaturePosition.STEP))
         elif after.kind != STRAIGHT and not _goes_on(before, after):
-            found.append(Feature(after.start, after.item, Edge.BEGINNING))
+            found.append(Feature(after.start, after.item, FeaturePosition.BEGINNING))
         elif before.kind != after.kind:
-            found.append(Feature(after.start, before.item, Edge.END))
+            found.append(Feature(after.start, before.item, FeaturePosition.END))
     return found
 
 

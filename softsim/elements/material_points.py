@@ -51,7 +51,7 @@ MOST_HELD = 8  # increments
 TAU_SHARE = 1 / 8
 
 
-class Relaxation:
+class MaxwellSchedule:
     """Schedule of the branches with these relaxation times [s], in each scenario.
 
     due [s, k]: 1 if branch k relaxes in the current increment. share [s, k]: fraction 1 - e by
@@ -111,7 +111,7 @@ class MaterialPoints:
         self.identity = [lane_data(component[None]) for component in identity.T]
         if self.branch_count:
             times = np.array([b.relaxation_time for b in material.branches])
-            self.relaxation = Relaxation(times, scenarios)
+            self.relaxation = MaxwellSchedule(times, scenarios)
             # Of branch k of block b at [s, branch_count b + k].
             self.viscous_metric = self._alike(
                 _repeated_by_block(identity, self.branch_count), scenarios

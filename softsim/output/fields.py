@@ -172,7 +172,7 @@ class FieldWriter:
                     )
 
 
-class Series(Protocol):
+class FieldSeries(Protocol):
     """One array over the frames: series[0], series[-1]."""
 
     def __getitem__(self, index: int) -> np.ndarray:
@@ -239,9 +239,9 @@ class Frames:
     points: np.ndarray
     cells: np.ndarray
     times: np.ndarray
-    point_data: Mapping[str, Series]
-    cell_data: Mapping[str, Series]
-    extra: Mapping[str, Series]
+    point_data: Mapping[str, FieldSeries]
+    cell_data: Mapping[str, FieldSeries]
+    extra: Mapping[str, FieldSeries]
     described: Arrays
     titles: Mapping[str, str]
     sets: Arrays

@@ -20,7 +20,7 @@ from filelock import FileLock, Timeout
 
 from softsim.errors import OutputError
 from softsim.scene.loading import Loaded
-from softsim.study.axes import Axis, Goal, Plot
+from softsim.study.axes import Goal, Plot, StudyAxis
 from softsim.study.bisection import Bisection
 
 SCENE = "scene.resolved.yaml"
@@ -373,8 +373,8 @@ class StudyRecord:
 
     title: str
     source: str
-    factors: tuple[Axis, ...]
-    measures: tuple[Axis, ...]
+    factors: tuple[StudyAxis, ...]
+    measures: tuple[StudyAxis, ...]
     plots: tuple[Plot, ...] = ()
     goal: Goal | None = None
     repeats: int = 1
@@ -399,8 +399,8 @@ def read_study(folder: Path) -> StudyRecord:
         raise OutputError(f"{folder} is not the folder of a study: it has no {STUDY}")
     found = read_json(file, BEGIN_AGAIN)
     try:
-        found["factors"] = tuple(Axis(**axis) for axis in found["factors"])
-        found["measures"] = tuple(Axis(**axis) for axis in found["measures"])
+        found["factors"] = tuple(StudyAxis(**axis) for axis in found["factors"])
+        found["measures"] = tuple(StudyAxis(**axis) for axis in found["measures"])
         found["plots"] = tuple(Plot(**plot) for plot in found["plots"])
         found["goal"] = Goal(**found["goal"]) if found["goal"] else None
         found["bisection"] = Bisection.read(found.get("bisection"))

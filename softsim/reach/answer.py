@@ -17,7 +17,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.reach.tension import Bracket, Tension, Tether, Way, radii, rises, tension_along
+from softsim.reach.tension import (
+    Bracket,
+    Tension,
+    TetherProperties,
+    Way,
+    radii,
+    rises,
+    tension_along,
+)
 from softsim.reach.trials import Heading, TrialPipe
 
 Pulls = Mapping[TrialPipe, Bracket]
@@ -25,7 +33,7 @@ ALIKE = 1e-6  # shares of upright below this are level
 
 
 @dataclass(frozen=True, eq=False)
-class Load:
+class PathLoad:
     """Load on a robot at the points of a path: the tension, and h (n,) [-]."""
 
     tension: Tension
@@ -52,16 +60,18 @@ class Distance:
         return f"the robot gets {self.least:.3g} to {self.most:.3g} m {to}"
 
 
-def load_of(way: Way, tether: Tether, down: np.ndarray) -> Load:
+def load_of(way: Way, tether: TetherProperties, down: np.ndarray) -> PathLoad:
     """Return the load of a path on a robot with a tether; down: unit vector of gravity (3,)."""
     tension = tension_along(way, tether, down)
     drawing, holding = tension.drawing, tension.holding
     hanging = np.divide(holding, drawing, out=np.zeros(len(drawing)), where=drawing > 0.0)
     share = np.clip(np.maximum(hanging, rises(way, down)), 0.0, 1.0)
-    return Load(tension, np.where(share < ALIKE, 0.0, np.where(share > 1.0 - ALIKE, 1.0, share)))
+    return PathLoad(
+        tension, np.where(share < ALIKE, 0.0, np.where(share > 1.0 - ALIKE, 1.0, share))
+    )
 
 
-def needed(way: Way, loads: Iterable[Load]) -> set[TrialPipe]:
+def needed(way: Way, loads: Iterable[PathLoad]) -> set[TrialPipe]:
     """Return the pipes of the trials that a path needs."""
     found = set()
     for load in loads:
@@ -82,7 +92,7 @@ def diameter(radius: float) -> float:
     return round(2.0 * radius, 9)
 
 
-def pulls_along(way: Way, load: Load, pulls: Mapping[TrialPipe, float]) -> np.ndarray:
+def pulls_along(way: Way, load: PathLoad, pulls: Mapping[TrialPipe, float]) -> np.ndarray:
     """Return the pulling force (n,) [N] of a robot at the points of a path."""
     return np.array(
         [
@@ -113,7 +123,7 @@ def farthest(arc: np.ndarray, tension: np.ndarray, pull: np.ndarray) -> float:
     return float(arc[k - 1] + share * (arc[k] - arc[k - 1]))
 
 
-def distance(way: Way, loads: tuple[Load, Load], pulls: Pulls) -> Distance:
+def distance(way: Way, loads: tuple[PathLoad, PathLoad], pulls: Pulls) -> Distance:
     """Return the least and largest distance along a path, from the lower and higher pulling forces.
 
     loads: with the least and with the most friction. More friction increases the tension, but

@@ -11,8 +11,8 @@ from softsim.builder.pipe_path import key_of_item
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.pipe_path import Segment
 from softsim.errors import SceneError
-from softsim.reach.answer import Load, diameter, load_of, needed
-from softsim.reach.tension import Tether, Way, ways
+from softsim.reach.answer import PathLoad, diameter, load_of, needed
+from softsim.reach.tension import TetherProperties, Way, ways
 from softsim.reach.trials import DIAMETERS, Puller, TrialPipe, trial_scene
 from softsim.scene.loading import LoadedScene
 from softsim.scene.walls import PipePathWall
@@ -30,7 +30,7 @@ class Plan:
     puller: Puller
     weight: float
     ways: tuple[Way, ...]
-    loads: tuple[tuple[Load, Load], ...]
+    loads: tuple[tuple[PathLoad, PathLoad], ...]
     scenes: Mapping[TrialPipe, LoadedScene]
 
     @property
@@ -62,7 +62,7 @@ def plan_for(loaded: LoadedScene, robot: str, overrides: Sequence[str]) -> Plan:
     network = model.passage.network
     assert loaded.scene.trailed is not None
     weight = loaded.scene.trailed.mass_per_length * strength
-    tethers = [Tether(weight, friction) for friction in trailed_friction(loaded)]
+    tethers = [TetherProperties(weight, friction) for friction in trailed_friction(loaded)]
     found = tuple(ways(network))
     refuse_unknown_diameters(loaded, network, found)
     loads = [tuple(load_of(way, tether, gravity / strength) for tether in tethers) for way in found]

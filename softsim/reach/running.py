@@ -18,7 +18,7 @@ from softsim.analysis.motion import LEAST_PROGRESS
 from softsim.errors import StabilityError
 from softsim.output.folder import CASES, HISTORY, RunFolder, claimed
 from softsim.output.history import read_history
-from softsim.reach.answer import Distance, Load, distance, pulls_along, straight_distance
+from softsim.reach.answer import Distance, PathLoad, distance, pulls_along, straight_distance
 from softsim.reach.plan import Plan
 from softsim.reach.tension import Bracket, Way, bracket, next_drag, trials_left
 from softsim.reach.trials import Puller, TrialPipe, drag_override, progress
@@ -32,7 +32,7 @@ AGAIN = (FAILED, LOST)  # without them there is no answer
 
 
 @dataclass(frozen=True)
-class Trial:
+class DragTrial:
     """Trial with a drag [N] on the robot: displacement in a pressure cycle [m], mean speed [m/s].
 
     The robot advanced if the displacement is larger than the recoil of its spikes explains. key,
@@ -64,7 +64,7 @@ class Search:
     cases: Path
     puller: Puller
     ratio: float
-    trials: list[Trial] = field(default_factory=list)
+    trials: list[DragTrial] = field(default_factory=list)
 
     @property
     def seen(self) -> dict[float, bool]:
@@ -91,7 +91,7 @@ class Search:
         key = case_key(load_source(case.source, case.overrides))
         return Job(case, key, self.cases / key, device)
 
-    def note(self, job: Job, outcome: Outcome) -> Trial:
+    def note(self, job: Job, outcome: Outcome) -> DragTrial:
         """Record and return the result of a trial. Raises StabilityError if its run has failed."""
         drag = float(job.case.values["drag"])
         if outcome.status != DONE:
@@ -101,7 +101,7 @@ class Search:
                 hint=f"its run folder: {job.folder}",
             )
         way, time = progress(read_history(job.folder / HISTORY))
-        self.trials.append(Trial(drag, way, way / time, job.key, outcome.wall_time))
+        self.trials.append(DragTrial(drag, way, way / time, job.key, outcome.wall_time))
         return self.trials[-1]
 
     def take_stored(self, device: str) -> None:
@@ -156,7 +156,7 @@ def seek(
                 console.print(told(search.pipe, trial, left), highlight=False, soft_wrap=True)
 
 
-def told(pipe: TrialPipe, trial: Trial, left: int) -> str:
+def told(pipe: TrialPipe, trial: DragTrial, left: int) -> str:
     """Return a trial as a line of text."""
     got_on = "advances" if trial.got_on else "does not advance"
     return (
@@ -227,7 +227,7 @@ def pull_content(plan: Plan, search: Search) -> dict[str, Any]:
 
 
 def way_content(
-    way: Way, loads: tuple[Load, Load], brackets: dict[TrialPipe, Bracket], found: Distance
+    way: Way, loads: tuple[PathLoad, PathLoad], brackets: dict[TrialPipe, Bracket], found: Distance
 ) -> dict[str, Any]:
     """Return the content of reach.json for the path to an exit.
 

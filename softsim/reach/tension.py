@@ -36,7 +36,7 @@ ACCURACY = 1e-9  # of the integration, relative
 
 
 @dataclass(frozen=True)
-class Tether:
+class TetherProperties:
     """Tether with a weight [N/m] and a friction coefficient [-]."""
 
     weight: float
@@ -95,7 +95,7 @@ def until(path: PipePath, end: float) -> list[tuple[Segment, float]]:
     return [(s, min(s.end, end) - s.start) for s in path.segments if s.start < end]
 
 
-def tension_along(way: Way, tether: Tether, down: np.ndarray) -> Tension:
+def tension_along(way: Way, tether: TetherProperties, down: np.ndarray) -> Tension:
     """Return the tensions of a tether along a path; down: unit vector of gravity (3,)."""
     drawing, holding = Drawn(tether, 1.0), Drawn(tether, -1.0)
     arcs, both = [], []
@@ -119,7 +119,7 @@ def tension_along(way: Way, tether: Tether, down: np.ndarray) -> Tension:
 class Drawn:
     """Tether that is drawn forward (`sense` 1, friction acts backward) or slides back (-1)."""
 
-    tether: Tether
+    tether: TetherProperties
     sense: float
 
     def along(

@@ -25,9 +25,9 @@ from softsim.analysis.motion import fall_begins
 from softsim.errors import StabilityError
 from softsim.scene.assessment import QUESTIONS, REACH, robot_tree, said
 from softsim.scene.bodies import BallOutline
-from softsim.scene.chambers import FollowerPressure, Pneumatic
+from softsim.scene.chambers import FollowerPressureSpec, Pneumatic
 from softsim.scene.loading import LoadedScene, overridden, read_scene, validated
-from softsim.scene.loads import AxialRelief, Tether
+from softsim.scene.loads import AxialReliefSpec, TetherSpec
 from softsim.scene.profiles import CyclesProfile, EventCyclesProfile
 from softsim.scene.text import Tree, merged
 
@@ -97,14 +97,14 @@ class Puller:
                 "follows",
                 "give its rigid body an outline, such as {length: 33 mm, height: 15 mm}",
             )
-        tethers = [n for n, load in loads if isinstance(load, Tether) and load.acts_on == frame]
+        tethers = [n for n, load in loads if isinstance(load, TetherSpec) and load.acts_on == frame]
         if not tethers:
             raise loaded.error(
                 ("loads",),
                 f"'{frame}' has no tether: there is no load of kind tether on it",
                 "include robot:pfr/tether, or robot:pfr/solid_tether in 3D",
             )
-        chambers = [n for n, load in loads if isinstance(load, FollowerPressure | Pneumatic)]
+        chambers = [n for n, load in loads if isinstance(load, FollowerPressureSpec | Pneumatic)]
         chamber = scene.robot.chamber or next(iter(chambers), "")
         profile = getattr(scene.loads.get(chamber), "profile", None)
         if not isinstance(profile, CyclesProfile | EventCyclesProfile):
@@ -114,7 +114,7 @@ class Puller:
                 "none",
                 "give its pressure a profile of kind cycles, with rates, or event_cycles",
             )
-        relief = [load.share for _, load in loads if isinstance(load, AxialRelief)]
+        relief = [load.share for _, load in loads if isinstance(load, AxialReliefSpec)]
         return cls(
             frame, tethers[0], chamber, 0.5 * outline.length, 1.0 - sum(relief), profile
         )  # fmt: skip

@@ -14,7 +14,7 @@ from softsim.errors import OutputError
 from softsim.mesh.mesh import boundary_facets
 from softsim.output.fields import Frames
 from softsim.report.body import (
-    Solid,
+    WallSolid,
     cables_at,
     draw_cables,
     draw_edges,
@@ -126,7 +126,7 @@ def plane_of(points: np.ndarray, first: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Robot:
+class RobotSnapshot:
     """Robot at one moment.
 
     branch: number of the pipe that its centre is in; place: its arc length there [mm]; label
@@ -149,7 +149,7 @@ def draw_pipe(axes: Axes, pipe: Pipe, joints: Sequence[float]) -> None:
     for sign, face in zip((1.0, -1.0), sides, strict=True):
         solid = np.concatenate([face, pipe.side(sign, WALL_DEPTH)[::-1]])
         # The half of the line that lies in the pipe is covered.
-        draw_solid(axes, Solid(solid, face), linewidth=1.8, zorder=1.05)
+        draw_solid(axes, WallSolid(solid, face), linewidth=1.8, zorder=1.05)
     bore = np.concatenate([sides[0], sides[1][::-1]])
     axes.add_patch(Polygon(bore, facecolor="white", linewidth=0, zorder=1.1))
     axes.plot(*pipe.centre.T, color=QUIET, linewidth=0.5, linestyle=(0, (9, 3, 1.5, 3)), zorder=1.2)
@@ -158,7 +158,7 @@ def draw_pipe(axes: Axes, pipe: Pipe, joints: Sequence[float]) -> None:
         axes.plot(*across.T, color=QUIET, linewidth=0.7, linestyle=":", zorder=1.6)
 
 
-def draw_robot(axes: Axes, pipe: Pipe, frames: Frames, robot: Robot) -> None:
+def draw_robot(axes: Axes, pipe: Pipe, frames: Frames, robot: RobotSnapshot) -> None:
     """Draw the deformed mesh, the outlines of rigid bodies and the label outside the wall."""
     d = frames.points.shape[1]
     x = pipe.project(places_at(frames, robot.frame))
@@ -187,7 +187,7 @@ def write_beside(axes: Axes, pipe: Pipe, place: float, sign: float, text: str, c
     )  # fmt: skip
 
 
-def view_of(pipes: Sequence[Pipe], frames: Frames, robots: Sequence[Robot]) -> np.ndarray:
+def view_of(pipes: Sequence[Pipe], frames: Frames, robots: Sequence[RobotSnapshot]) -> np.ndarray:
     """Return xmin, xmax, ymin, ymax [mm] of the picture.
 
     It includes the pipes with their walls and labels, and robots that protrude from an end.
@@ -274,7 +274,7 @@ def draw_picture(
     axes: Axes,
     pipes: Sequence[Pipe],
     frames: Frames,
-    shown: Sequence[Robot],
+    shown: Sequence[RobotSnapshot],
     report: Report,
 ) -> None:
     """Draw the pipes, the numbers of segments, the names of several exits, and the robots.
@@ -334,12 +334,14 @@ def draw_weight(axes: Axes, gravity: np.ndarray) -> None:
     )  # fmt: skip
 
 
-def robots(pipes: Sequence[Pipe], history: History, frames: Frames, report: Report) -> list[Robot]:
+def robots(
+    pipes: Sequence[Pipe], history: History, frames: Frames, report: Report
+) -> list[RobotSnapshot]:
     """Return the robot at the stored frames nearest to its selected positions, and at its end."""
     time, s, branch = history["time"], history["arc_length"] * MILLI, history["branch"]
     extent = float(max(np.ptp(np.concatenate([pipe.centre for pipe in pipes]), axis=0)))
     apart = max(APART * float(np.ptp(frames.points[:, 0])) * MILLI, LEGIBLE * extent)
-    end = Robot(
+    end = RobotSnapshot(
         int(branch[-1]),
         float(s[-1]),
         f"{time[-1]:.1f} s",
@@ -355,7 +357,7 @@ def robots(pipes: Sequence[Pipe], history: History, frames: Frames, report: Repo
             label = f"{frames.times[frame]:.1f} s"
             nearest_row = int(np.argmin(np.abs(time - frames.times[frame])))
             number = int(branch[nearest_row])
-            found.append(Robot(number, at, label, SKY if len(found) > 1 else QUIET, frame))
+            found.append(RobotSnapshot(number, at, label, SKY if len(found) > 1 else QUIET, frame))
     return found
 
 

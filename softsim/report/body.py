@@ -184,7 +184,7 @@ class SectionShot:
 
 
 @dataclass(frozen=True)
-class Solid:
+class WallSolid:
     """Solid behind a wall: its outline (n, 2) and the face of the wall (m, 2) [mm]."""
 
     outline: np.ndarray
@@ -225,7 +225,7 @@ class Section:
         """Return the straight walls (w, 4) as drawn: a point [mm] and the normal."""
         return walls
 
-    def solids(self, view: np.ndarray, number: int) -> list[Solid]:
+    def solids(self, view: np.ndarray, number: int) -> list[WallSolid]:
         """Return the solids behind all walls in one of the frames.
 
         view: xmin, xmax, ymin, ymax [mm], which the solids must cover.
@@ -234,7 +234,7 @@ class Section:
         curved = [strip_behind(chain, depth) for chain in chains(self.wall_lines[number])]
         return [*self.flat_solids(view, number), *curved]
 
-    def flat_solids(self, view: np.ndarray, number: int) -> list[Solid]:
+    def flat_solids(self, view: np.ndarray, number: int) -> list[WallSolid]:
         """Return the solids behind the straight walls."""
         return [solid_behind(wall, view) for wall in self.walls[number]]
 
@@ -283,11 +283,11 @@ class HalfSection(Section):
         """Return the walls, followed by their mirror images."""
         return np.concatenate([walls, walls * [-1.0, 1.0, -1.0, 1.0]])
 
-    def flat_solids(self, view: np.ndarray, number: int) -> list[Solid]:
+    def flat_solids(self, view: np.ndarray, number: int) -> list[WallSolid]:
         """Return the part of each wall's solid at positive x, and its mirror image."""
         walls = self.walls[number][: len(self.walls[number]) // 2]
         right = [right_half(solid_behind(wall, view)) for wall in walls]
-        return right + [Solid(mirrored(s.outline), mirrored(s.face)) for s in right]
+        return right + [WallSolid(mirrored(s.outline), mirrored(s.face)) for s in right]
 
     def seen_lines(self, lines: np.ndarray) -> np.ndarray:
         """Return the part of each line at positive x, and its mirror image in reversed order.
@@ -330,11 +330,11 @@ def right_of_axis(lines: np.ndarray) -> np.ndarray:
     return np.where((x < 0.0)[..., None], cut[:, None], lines)
 
 
-def right_half(solid: Solid) -> Solid:
+def right_half(solid: WallSolid) -> WallSolid:
     """Return the part of a convex solid at positive x."""
     around = np.stack([solid.outline, np.roll(solid.outline, -1, axis=0)], axis=1)
     outline = right_of_axis(around).reshape(-1, 2)
-    return Solid(outline, right_of_axis(solid.face[None]).reshape(-1, 2))
+    return WallSolid(outline, right_of_axis(solid.face[None]).reshape(-1, 2))
 
 
 def points_on(lines: np.ndarray) -> np.ndarray:
@@ -430,7 +430,7 @@ def draw_outlines(axes: Axes, outlines: list[np.ndarray]) -> None:
         axes.add_patch(Polygon(outline, facecolor=FRAME, edgecolor=INK, linewidth=0.7, zorder=2))
 
 
-def solid_behind(wall: np.ndarray, view: np.ndarray) -> Solid:
+def solid_behind(wall: np.ndarray, view: np.ndarray) -> WallSolid:
     """Return the solid behind a straight wall, larger than the view on all sides.
 
     wall (4,): a point [mm] and the normal, which points into the free side.
@@ -441,15 +441,15 @@ def solid_behind(wall: np.ndarray, view: np.ndarray) -> Solid:
     along = np.array([-normal[1], normal[0]])
     foot = centre + ((point - centre) @ normal) * normal
     face = np.array([foot - reach * along, foot + reach * along])
-    return Solid(np.concatenate([face, face[::-1] - reach * normal]), face)
+    return WallSolid(np.concatenate([face, face[::-1] - reach * normal]), face)
 
 
-def strip_behind(chain: np.ndarray, depth: float) -> Solid:
+def strip_behind(chain: np.ndarray, depth: float) -> WallSolid:
     """Return a strip of the solid behind a curved wall (n, 2)."""
-    return Solid(np.concatenate([chain, behind(chain, depth)[::-1]]), chain)
+    return WallSolid(np.concatenate([chain, behind(chain, depth)[::-1]]), chain)
 
 
-def draw_solid(axes: Axes, solid: Solid, linewidth: float = 0.9, zorder: float = 1.5) -> None:
+def draw_solid(axes: Axes, solid: WallSolid, linewidth: float = 0.9, zorder: float = 1.5) -> None:
     """Draw the solid behind a wall, and the face of the wall as a line."""
     look: dict[str, Any] = {"facecolor": WALL, "edgecolor": QUIET, "hatch": "////", "linewidth": 0}
     axes.add_patch(Polygon(solid.outline, zorder=1, **look))

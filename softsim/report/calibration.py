@@ -6,7 +6,7 @@ import numpy as np
 
 from softsim.calibration.mapping import FORCE_SHARE, Mapping
 from softsim.calibration.result import Calibration
-from softsim.report.diagram import FLAT, STEPS, Axis, Diagram, Panel, Scale, Series
+from softsim.report.diagram import FLAT, STEPS, Diagram, Panel, PlotAxis, PlotSeries, Scale
 from softsim.report.png import draw
 from softsim.report.style import BLUE, INK, ORANGE
 
@@ -29,21 +29,25 @@ def calibration_diagram(found: Calibration) -> Diagram:
     force, rows = section.force_at(inflated[covered]), section.rows_at(inflated[covered])
     line = f"q = {m.factor:.3g} (p - {m.offset * 1e-3:.3g} kPa)"
     forces = [
-        Series(f"reference, {FORCE_SHARE:g} of the force", p, FORCE_SHARE * reference.force, BLUE),
-        Series("section, at factor x (p - offset)", over, force, ORANGE, "--"),
+        PlotSeries(
+            f"reference, {FORCE_SHARE:g} of the force", p, FORCE_SHARE * reference.force, BLUE
+        ),
+        PlotSeries("section, at factor x (p - offset)", over, force, ORANGE, "--"),
     ]
     pressures = [
-        Series("equal force per spike", m.pressure * 1e-3, m.section_pressure * 1e-3, INK),
-        Series(line, m.pressure * 1e-3, m.line(m.pressure) * 1e-3, ORANGE, "--"),
+        PlotSeries("equal force per spike", m.pressure * 1e-3, m.section_pressure * 1e-3, INK),
+        PlotSeries(line, m.pressure * 1e-3, m.line(m.pressure) * 1e-3, ORANGE, "--"),
     ]
     touching = [
-        Series("reference", p, reference.rows, BLUE, STEPS),
-        Series("section", over, rows, ORANGE, STEPS),
+        PlotSeries("reference", p, reference.rows, BLUE, STEPS),
+        PlotSeries("section", over, rows, ORANGE, STEPS),
     ]
     panels = [
-        Panel(Axis(Scale("wall force [N]"), forces)),
-        Panel(Axis(Scale("pressure of the section q [kPa]"), pressures)),
-        Panel(Axis(Scale("rows in contact", whole=True, from_zero=True), touching), height=FLAT),
+        Panel(PlotAxis(Scale("wall force [N]"), forces)),
+        Panel(PlotAxis(Scale("pressure of the section q [kPa]"), pressures)),
+        Panel(
+            PlotAxis(Scale("rows in contact", whole=True, from_zero=True), touching), height=FLAT
+        ),
     ]
     return Diagram("Calibration", Scale("pressure of the reference p [kPa]"), panels)
 

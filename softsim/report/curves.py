@@ -17,7 +17,7 @@ from softsim.analysis.travel import (
     travels,
 )
 from softsim.materials.maxwell import MaxwellFit, MaxwellSeries
-from softsim.report.diagram import FLAT, MILLI, POINTS, Axis, Diagram, Panel, Scale, Series
+from softsim.report.diagram import FLAT, MILLI, POINTS, Diagram, Panel, PlotAxis, PlotSeries, Scale
 from softsim.report.png import draw, thinned
 from softsim.report.style import BLUE, COLOURS, GREEN, INK, ORANGE, PURPLE, RED, SKY
 from softsim.scene.quantities import CHAMBER_PRESSURE, ROW_FORCE, SIDE_FORCE, is_probe
@@ -108,7 +108,7 @@ UNSEEN = 1e-3
 LINES = {"": "-", "x": "-", "y": "--", "z": ":"}
 
 
-def curves_of(history: History, units: Mapping[str, str]) -> dict[str, list[Series]]:
+def curves_of(history: History, units: Mapping[str, str]) -> dict[str, list[PlotSeries]]:
     """Return the curves of all probes over time, by unit in the history.
 
     Each probe has a colour, each axis a line style. Curves that are zero compared with others
@@ -121,7 +121,7 @@ def curves_of(history: History, units: Mapping[str, str]) -> dict[str, list[Seri
     return {unit: _curves(history, names, unit) for unit, names in columns.items()}
 
 
-def _curves(history: History, columns: list[str], unit: str) -> list[Series]:
+def _curves(history: History, columns: list[str], unit: str) -> list[PlotSeries]:
     factor = QUANTITIES.get(unit, ("", 1.0, unit))[1]
     sizes = {column: float(np.nanmax(np.abs(history[column]))) for column in columns}
     colours: dict[str, str] = {}
@@ -132,7 +132,7 @@ def _curves(history: History, columns: list[str], unit: str) -> list[Series]:
             colour = colours.setdefault(name, COLOURS[len(colours) % len(COLOURS)])
             label = f"{name} {axis}".rstrip()
             values = history[column] * factor
-            curves.append(Series(label, history["time"], values, colour, LINES[axis]))
+            curves.append(PlotSeries(label, history["time"], values, colour, LINES[axis]))
     return curves
 
 
@@ -143,7 +143,7 @@ def name_and_axis(column: str, unit: str) -> tuple[str, str]:
     return (name, axis) if is_vector else (column, "")
 
 
-def inflation_curves(history: History, units: Mapping[str, str]) -> list[Series]:
+def inflation_curves(history: History, units: Mapping[str, str]) -> list[PlotSeries]:
     """Return curves of the air pressure [kPa] over displacement or radius probes [mm].
 
     Of each probe the component that moves most is taken, without vibration; probes at rest are
@@ -152,14 +152,14 @@ def inflation_curves(history: History, units: Mapping[str, str]) -> list[Series]
     air = single_pressure(history)
     if air is None or _range(air) == 0.0:
         return []
-    most: dict[str, Series] = {}
+    most: dict[str, PlotSeries] = {}
     for curve in curves_of(history, units).get("m", []):
         probe = curve.name.rpartition(" ")[0] or curve.name  # a radius has no components
         if probe not in most or _range(curve.y) > _range(most[probe].y):
             most[probe] = curve
     pressure = thinned(history["time"], air / 1e3).mean
     return [
-        Series(c.name, thinned(c.x, c.y).mean, pressure, c.colour, c.kind)
+        PlotSeries(c.name, thinned(c.x, c.y).mean, pressure, c.colour, c.kind)
         for c in most.values()
         if _range(c.y) > 0.0
     ]
@@ -224,17 +224,17 @@ def over_time(title: str, history: History, panels: Sequence[Panel]) -> Diagram:
     return Diagram(title, Scale(time_label(history)), panels, over_time=True)
 
 
-def pressure(history: History) -> Axis | None:
+def pressure(history: History) -> PlotAxis | None:
     """Return the axis of the air pressure of each chamber, or None without pressure."""
     if not pressurised(history):
         return None
     lines = [
-        Series(name, history["time"], air / 1e3, colour, ":")
+        PlotSeries(name, history["time"], air / 1e3, colour, ":")
         for (name, air), colour in zip(
             chamber_pressures(history).items(), itertools.cycle(OF_CHAMBERS), strict=False
         )
     ]
-    return Axis(Scale("air pressure [kPa]", from_zero=True), lines)
+    return PlotAxis(Scale("air pressure [kPa]", from_zero=True), lines)
 
 
 def motion(history: History) -> Iterator[Panel]:
@@ -243,8 +243,8 @@ def motion(history: History) -> Iterator[Panel]:
     if travels(history):
         body, axis = travelling_column(history).split("_")
         moved = displacement(history) * MILLI
-        line = Series(f"{body} displacement", history["time"], moved, BLUE)
-        yield Panel(Axis(Scale(f"{body} displacement in {axis} [mm]"), [line]), air)
+        line = PlotSeries(f"{body} displacement", history["time"], moved, BLUE)
+        yield Panel(PlotAxis(Scale(f"{body} displacement in {axis} [mm]"), [line]), air)
     elif air is not None:
         yield Panel(air)
 
@@ -252,9 +252,9 @@ def motion(history: History) -> Iterator[Panel]:
 def contact(history: History) -> Iterator[Panel]:
     """Yield panels of the rows of spikes in contact and of the contact force."""
     for column, (label, colour) in contacts_drawn(history).items():
-        line = Series(label, history["time"], history[column], colour)
+        line = PlotSeries(label, history["time"], history[column], colour)
         scale = Scale(label, whole=column == "rows_in_contact", from_zero=True)
-        yield Panel(Axis(scale, [line]))
+        yield Panel(PlotAxis(scale, [line]))
 
 
 def last_fall(pressure: np.ndarray) -> slice:
@@ -285,15 +285,15 @@ def deflation(history: History) -> dict[str, Diagram]:
     for prefix, title in ((ROW_FORCE, "force per row [N]"), (SIDE_FORCE, "force per side [N]")):
         names = [name for name in pressed if name.startswith(prefix)]
         lines = [
-            Series(name.removeprefix(prefix), kilo, smooth(history[name]), colour)
+            PlotSeries(name.removeprefix(prefix), kilo, smooth(history[name]), colour)
             for name, colour in zip(names, itertools.cycle(COLOURS), strict=False)
         ]
-        panels.append(Panel(Axis(Scale(title, from_zero=True), lines)))
+        panels.append(Panel(PlotAxis(Scale(title, from_zero=True), lines)))
     if travels(history):
         along = history["arc_length"] if has(history, "arc_length") else displacement(history)
         speed = np.gradient(smooth(along) * MILLI, smooth(history["time"]))
-        drawn = [Series("speed", kilo, speed, BLUE)]
-        panels.append(Panel(Axis(Scale("speed [mm/s]", from_zero=True), drawn)))
+        drawn = [PlotSeries("speed", kilo, speed, BLUE)]
+        panels.append(Panel(PlotAxis(Scale("speed [mm/s]", from_zero=True), drawn)))
     return {"deflation": Diagram(TITLES["deflation"], Scale("air pressure [kPa]"), panels)}
 
 
@@ -313,12 +313,12 @@ def gait(history: History) -> dict[str, Diagram]:
         row = name.removeprefix(ROW_FORCE).rpartition(".")[2]
         if has(history, f"{row}_y"):
             height = history[f"{row}_y"][-ROWS_OF_A_GAIT:] * MILLI
-            heights.append(Series(row, time * MILLI, height, colour))
+            heights.append(PlotSeries(row, time * MILLI, height, colour))
         touched = history[name][-ROWS_OF_A_GAIT:] > 0.0
         bar = np.where(touched, float(number), np.nan)
-        touching.append(Series(row, time * MILLI, bar, colour))
-    panels = [Panel(Axis(Scale("height of row [mm]"), heights))] if heights else []
-    panels.append(Panel(Axis(Scale("rows in contact", whole=True), touching)))
+        touching.append(PlotSeries(row, time * MILLI, bar, colour))
+    panels = [Panel(PlotAxis(Scale("height of row [mm]"), heights))] if heights else []
+    panels.append(Panel(PlotAxis(Scale("rows in contact", whole=True), touching)))
     return {"gait": Diagram(TITLES["gait"], Scale("time [ms]"), panels)}
 
 
@@ -330,28 +330,28 @@ def energies(history: History) -> Iterator[Panel]:
     time = history["time"]
     factor, unit = joules(max(float(np.nanmax(np.abs(history[name]))) for name in present))
     lines = [
-        Series(label, time, history[column] * factor, colour, kind)
+        PlotSeries(label, time, history[column] * factor, colour, kind)
         for column, (label, colour, kind) in present.items()
     ]
-    yield Panel(Axis(Scale(f"energy [{unit}]"), lines))
+    yield Panel(PlotAxis(Scale(f"energy [{unit}]"), lines))
     if has(history, "energy_error"):
-        error = Series("energy error", time, history["energy_error"] * 100.0, RED)
-        yield Panel(Axis(Scale("energy error [%]", from_zero=True), [error]), height=FLAT)
+        error = PlotSeries("energy error", time, history["energy_error"] * 100.0, RED)
+        yield Panel(PlotAxis(Scale("energy error [%]", from_zero=True), [error]), height=FLAT)
 
 
 def pull(history: History) -> Iterator[Panel]:
     """Yield the panel of the tension of the tendon that holds the robot, and of the pressure."""
     if has(history, "pull"):
-        line = Series("pull", history["time"], history["pull"], BLUE)
+        line = PlotSeries("pull", history["time"], history["pull"], BLUE)
         scale = Scale("tendon tension [N]", from_zero=True)
-        yield Panel(Axis(scale, [line]), pressure(history))
+        yield Panel(PlotAxis(scale, [line]), pressure(history))
 
 
 def probes(history: History, units: Mapping[str, str]) -> Iterator[Panel]:
     """Yield the panels of the probes, one for each unit."""
     for unit, curves in curves_of(history, units).items():
         quantity, _, drawn = QUANTITIES.get(unit, ("probe", 1.0, unit))
-        yield Panel(Axis(Scale(f"{quantity} [{drawn}]"), curves))
+        yield Panel(PlotAxis(Scale(f"{quantity} [{drawn}]"), curves))
 
 
 def inflation(history: History, units: Mapping[str, str]) -> dict[str, Diagram]:
@@ -359,7 +359,7 @@ def inflation(history: History, units: Mapping[str, str]) -> dict[str, Diagram]:
     name, curves = "pressure_probe", inflation_curves(history, units)
     if not curves:
         return {}
-    panel = Panel(Axis(Scale("air pressure [kPa]", from_zero=True), curves))
+    panel = Panel(PlotAxis(Scale("air pressure [kPa]", from_zero=True), curves))
     return {name: Diagram(TITLES[name], Scale("displacement or radius [mm]"), [panel])}
 
 
@@ -415,17 +415,19 @@ def spectra_diagram(materials: Sequence[DrawnSpectrum]) -> Diagram:
             shown.append((f"{material.name}, spectrum", f, target, POINTS))
             misses = 100.0 * np.abs(modulus(f) / target - 1.0)
             largest = np.full(len(f), 100.0 * material.fit.largest_error)
-            errors += [Series("", f, misses, colour), Series("", f, largest, colour, ":")]
+            errors += [PlotSeries("", f, misses, colour), PlotSeries("", f, largest, colour, ":")]
         for name, f, complex_modulus, kind in shown:
             kilo = material.long_term_modulus * complex_modulus.real / 1e3
-            storage.append(Series(name, f, kilo, colour, kind))
-            loss.append(Series("", f, complex_modulus.imag / complex_modulus.real, colour, kind))
+            storage.append(PlotSeries(name, f, kilo, colour, kind))
+            loss.append(
+                PlotSeries("", f, complex_modulus.imag / complex_modulus.real, colour, kind)
+            )
     panels = [
-        Panel(Axis(Scale("storage modulus, shear [kPa]", logarithmic=True), storage)),
-        Panel(Axis(Scale("loss factor", from_zero=True), loss)),
+        Panel(PlotAxis(Scale("storage modulus, shear [kPa]", logarithmic=True), storage)),
+        Panel(PlotAxis(Scale("loss factor", from_zero=True), loss)),
     ]
     if errors:
-        panels.append(Panel(Axis(Scale("error [%]", from_zero=True), errors), height=FLAT))
+        panels.append(Panel(PlotAxis(Scale("error [%]", from_zero=True), errors), height=FLAT))
     return Diagram("Spectra", Scale("frequency [Hz]", logarithmic=True), panels)
 
 

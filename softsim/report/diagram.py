@@ -76,7 +76,7 @@ def shortened(label: str) -> str:
 
 
 @dataclass(frozen=True)
-class Series:
+class PlotSeries:
     """Points x and y (n,), joined by a line "-", "--" or ":", by STEPS, or drawn as single POINTS.
 
     band: lowest and highest values (2, n), NaN where there is none; a line without a band gets
@@ -102,7 +102,7 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Edge:
+class EdgeMarks:
     """Marks, "x" or "|", along the lower edge for cases without a result: x (n,), cases (n,)."""
 
     name: str
@@ -148,11 +148,11 @@ class Stripe:
 
 
 @dataclass(frozen=True)
-class Axis:
+class PlotAxis:
     """Axis with the series of one quantity."""
 
     scale: Scale
-    series: Sequence[Series] = ()
+    series: Sequence[PlotSeries] = ()
 
     @property
     def colour(self) -> str:
@@ -171,17 +171,17 @@ class Panel:
     ordinary panel.
     """
 
-    left: Axis
-    right: Axis | None = None
+    left: PlotAxis
+    right: PlotAxis | None = None
     cells: Cells | None = None
-    edges: Sequence[Edge] = ()
-    best: Sequence[Series] = ()
+    edges: Sequence[EdgeMarks] = ()
+    best: Sequence[PlotSeries] = ()
     colours: tuple[Scale, np.ndarray] | None = None
     height: float = 1.0
     stripes: Sequence[Stripe] = ()
 
     @property
-    def axes(self) -> list[Axis]:
+    def axes(self) -> list[PlotAxis]:
         """Left axis and, if there is one, right axis."""
         return [self.left] if self.right is None else [self.left, self.right]
 

@@ -44,11 +44,11 @@ from softsim.report.curves import (
 from softsim.report.diagram import (
     FIELDS,
     FLAT,
-    Axis,
     Diagram,
     Panel,
+    PlotAxis,
+    PlotSeries,
     Scale,
-    Series,
     refuse_missing_field,
     shared_scale,
 )
@@ -602,5 +602,7 @@ def joined(histories: Sequence[History]) -> History:
 def when(spans: Mapping[str, np.ndarray]) -> Panel:
     """Return the panel with a line per step from its start to its end (2,) [s], first on top."""
     names = tuple(spans)[::-1]
-    lines = [Series("", spans[name], np.full(2, float(k))) for k, name in enumerate(names)]
-    return Panel(Axis(Scale("step", labels=names), lines), height=max(FLAT, A_NAME * len(names)))
+    lines = [PlotSeries("", spans[name], np.full(2, float(k))) for k, name in enumerate(names)]
+    return Panel(
+        PlotAxis(Scale("step", labels=names), lines), height=max(FLAT, A_NAME * len(names))
+    )

@@ -9,7 +9,7 @@ import numpy as np
 from softsim.materials.fitting import LARGEST_STRETCH, SMALLEST_STRETCH, Fit, instability_stretch
 from softsim.materials.law import UNIAXIAL, Law
 from softsim.materials.tensile import TensileTest
-from softsim.report.diagram import FLAT, POINTS, TALL, Axis, Diagram, Panel, Scale, Series
+from softsim.report.diagram import FLAT, POINTS, TALL, Diagram, Panel, PlotAxis, PlotSeries, Scale
 from softsim.report.png import draw
 from softsim.report.style import BLUE, ORANGE, QUIET, RED
 
@@ -47,18 +47,18 @@ def fit_diagram(test: TensileTest, fit: Fit) -> Diagram:
     fitted = np.where((x >= fit.min_strain) & (x <= fit.max_strain), law, np.nan)
     error = UNIAXIAL.nominal_stress(fit.law, 1.0 + strain[inside]) / stress[inside] - 1.0
     curves = [
-        Series("measured", 100.0 * strain, factor * stress, QUIET),
-        Series(
+        PlotSeries("measured", 100.0 * strain, factor * stress, QUIET),
+        PlotSeries(
             "measured, fit range",
             100.0 * strain[inside], factor * stress[inside], ORANGE, POINTS,
         ),
-        Series("fitted", 100.0 * x, factor * fitted, BLUE),
-        Series("fit, extrapolated", 100.0 * x, factor * law, BLUE, "--"),
+        PlotSeries("fitted", 100.0 * x, factor * fitted, BLUE),
+        PlotSeries("fit, extrapolated", 100.0 * x, factor * law, BLUE, "--"),
     ]  # fmt: skip
-    errors = [Series("relative error", 100.0 * strain[inside], 100.0 * error, RED)]
+    errors = [PlotSeries("relative error", 100.0 * strain[inside], 100.0 * error, RED)]
     panels = [
-        Panel(Axis(Scale(f"engineering stress [{unit}]"), curves), height=TALL),
-        Panel(Axis(Scale("relative error [%]", from_zero=True), errors), height=FLAT),
+        Panel(PlotAxis(Scale(f"engineering stress [{unit}]"), curves), height=TALL),
+        Panel(PlotAxis(Scale("relative error [%]", from_zero=True), errors), height=FLAT),
     ]
     said = f"{test.title}: {_constants(fit)}"
     return Diagram("Fit", Scale("engineering strain [%]"), panels, said)

@@ -17,13 +17,13 @@ from softsim.report.diagram import (
     MOST_NUMBERS,
     POINTS,
     STEPS,
-    Axis,
     Cells,
     Diagram,
-    Edge,
+    EdgeMarks,
     Panel,
+    PlotAxis,
+    PlotSeries,
     Scale,
-    Series,
     Stripe,
     colours_of,
 )
@@ -194,7 +194,7 @@ def draw_panel(axes: Axes, panel: Panel, room: int = HIGH) -> list[Axes]:
 
 
 def draw_series(
-    axes: Axes, series: Series, colours: tuple[Scale, np.ndarray] | None = None
+    axes: Axes, series: PlotSeries, colours: tuple[Scale, np.ndarray] | None = None
 ) -> None:
     """Draw points of a size that suits their number, or a line in its band."""
     x, y, band = series.x, series.y, series.band
@@ -213,7 +213,7 @@ def draw_series(
     )  # fmt: skip
 
 
-def draw_points(axes: Axes, series: Series, colours: tuple[Scale, np.ndarray] | None) -> None:
+def draw_points(axes: Axes, series: PlotSeries, colours: tuple[Scale, np.ndarray] | None) -> None:
     """Draw single points, smaller if there are many."""
     look: dict[str, Any] = {"color": series.colour}
     if colours is not None and series.shades is not None:
@@ -246,7 +246,7 @@ def draw_stripes(axes: Axes, stripes: Sequence[Stripe]) -> None:
         )  # fmt: skip
 
 
-def draw_edge(axes: Axes, edge: Edge) -> None:
+def draw_edge(axes: Axes, edge: EdgeMarks) -> None:
     """Draw small marks along the lower edge."""
     places = edge.x[np.isfinite(edge.x)]
     look: dict[str, Any] = {"marker": edge.marker, "color": edge.colour, "markersize": 4.5}
@@ -258,7 +258,7 @@ def draw_edge(axes: Axes, edge: Edge) -> None:
     axes.plot([], [], linestyle="", label=edge.name, **look)
 
 
-def mark_best(axes: Axes, point: Series, cells: Cells | None) -> None:
+def mark_best(axes: Axes, point: PlotSeries, cells: Cells | None) -> None:
     """Draw a star at the best point, or a frame around its cell."""
     look: dict[str, Any] = {"zorder": 6, "clip_on": False, "label": point.name}
     if cells is None:
@@ -324,7 +324,7 @@ def along_x(axes: Axes, scale: Scale, room: int = WIDE) -> None:
                 axes.set_xticks(places, texts, rotation=35, ha="right", rotation_mode="anchor")
 
 
-def along_y(axes: Axes, axis: Axis, room: int) -> None:
+def along_y(axes: Axes, axis: PlotAxis, room: int) -> None:
     """Set title, scale and labels of the vertical axis, for `room` characters per line."""
     scale = axis.scale
     axes.set_ylabel(fill(scale.title, room), color=axis.colour)

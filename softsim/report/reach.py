@@ -14,11 +14,11 @@ from softsim.report.diagram import (
     FLAT,
     MILLI,
     POINTS,
-    Axis,
     Diagram,
     Panel,
+    PlotAxis,
+    PlotSeries,
     Scale,
-    Series,
     Stripe,
 )
 from softsim.report.style import BLUE, COLOURS, GREEN, INK, ORANGE, QUIET, RED, drawing
@@ -128,19 +128,19 @@ def way(history: History, report: Report) -> Diagram:
     time, s = history["time"], history["arc_length"] * MILLI
     goal, end = report["goal"] * MILLI, ENDS[report["verdict"]]
     series = [
-        Series("centre", time, s, BLUE),
-        Series("goal", time, np.full_like(s, goal), GREEN, "--"),
-        Series(report["verdict"], time[-1:], s[-1:], end, POINTS),
+        PlotSeries("centre", time, s, BLUE),
+        PlotSeries("goal", time, np.full_like(s, goal), GREEN, "--"),
+        PlotSeries(report["verdict"], time[-1:], s[-1:], end, POINTS),
     ]
     low, high = min(float(s.min()), report["start"] * MILLI), max(goal, float(s.max()))
     room = ROOM * (high - low)
     stripes = tuple(stripes_of(way_taken(report), low - room, high + room))
-    panels = [Panel(Axis(Scale("centre along the pipe [mm]"), series), stripes=stripes)]
+    panels = [Panel(PlotAxis(Scale("centre along the pipe [mm]"), series), stripes=stripes)]
     if pressurised(history):
-        air = Series("air", time, history["pressure"] / 1e3, ORANGE)
-        panels.append(Panel(Axis(Scale("pressure [kPa]", from_zero=True), [air]), height=FLAT))
-    rows = Series("rows", time, history["rows_in_contact"], BLUE)
-    touching = Axis(Scale("rows in contact", whole=True, from_zero=True), [rows])
+        air = PlotSeries("air", time, history["pressure"] / 1e3, ORANGE)
+        panels.append(Panel(PlotAxis(Scale("pressure [kPa]", from_zero=True), [air]), height=FLAT))
+    rows = PlotSeries("rows", time, history["rows_in_contact"], BLUE)
+    touching = PlotAxis(Scale("rows in contact", whole=True, from_zero=True), [rows])
     panels.append(Panel(touching, height=FLAT))
     return Diagram("Path through the layout", Scale(time_label(history)), panels, over_time=True)
 

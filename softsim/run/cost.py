@@ -56,7 +56,7 @@ class PassCost:
 
 
 @dataclass(frozen=True)
-class Profile:
+class CostProfile:
     """Costs of the passes in their order.
 
     increment: wall time of a whole increment, measured as such [s].
@@ -102,7 +102,7 @@ def _time_of(solver: ExplicitSolver, count: int) -> float:
     return time.perf_counter() - began
 
 
-def measured_profile(solver: ExplicitSolver) -> Profile:
+def measured_profile(solver: ExplicitSolver) -> CostProfile:
     """Measure the time of an increment and of every pass; the state of the solver is restored."""
     state, then, count = solver.state(), solver.time, solver.increment_count
     increment = increment_time(solver, INCREMENTS_TIME)
@@ -113,7 +113,7 @@ def measured_profile(solver: ExplicitSolver) -> Profile:
         for number, (p, f) in enumerate(loops)
     ]
     solver.restore(state, then, count, solver.time_increment)
-    return Profile(passes, increment)
+    return CostProfile(passes, increment)
 
 
 def _name(function: Callable[..., None]) -> str:

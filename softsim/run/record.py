@@ -27,7 +27,7 @@ from softsim.solver.guards import strain_warnings
 log = logging.getLogger("softsim")
 
 
-class Rows(Protocol):
+class HistoryRows(Protocol):
     """Rows of a history."""
 
     def append(self, row: Mapping[str, float]) -> None:
@@ -50,7 +50,7 @@ class Record(Protocol):
     @property
     def path(self) -> Path: ...
     @property
-    def history(self) -> Rows: ...
+    def history(self) -> HistoryRows: ...
 
     summary: dict[str, Any]
     warnings: dict[str, str]
@@ -107,7 +107,7 @@ class KeptRows:
         return dict(zip(self.names, table.T, strict=True))
 
 
-class Memory:
+class MemoryRecord:
     """Record of a run in memory: the rows of its history and its last checkpoint, no frames.
 
     Messages of the run go to the package's log.

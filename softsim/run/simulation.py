@@ -30,7 +30,7 @@ from softsim.output.folder import Checkpoint
 from softsim.output.observation import Pose, frame_pose, wall_forces
 from softsim.run.batch import Batch
 from softsim.run.course import OpenLoop
-from softsim.run.record import Memory
+from softsim.run.record import MemoryRecord
 from softsim.run.scenes import ready_model
 from softsim.scene.loading import Loaded, LoadedScene, load_scene, scene_of, scene_said
 from softsim.scene.reporting import did_you_mean
@@ -150,7 +150,7 @@ class Simulation:
         self.loaded = _loaded(scene, overrides)
         choice = choose(device, threads)
         self.model = ready_model(self.loaded, choice)
-        self.record = Memory(self.loaded, self.model)
+        self.record = MemoryRecord(self.loaded, self.model)
         self._batch = Batch([self.record], choice, [()])
         self._device = backend.device()
         [self._run], self._solver = self._batch.runs, self._batch.solver

@@ -17,11 +17,11 @@ from softsim.scene.quantities import (
     Inertia,
     Name,
     Number,
-    Part,
     Point,
     PositiveLength,
     PositiveMass,
     SetReference,
+    Spec,
     Text,
     VelocityVector,
     told_by_key,
@@ -34,7 +34,7 @@ from softsim.scene.quantities import (
 SEVERAL = Field(min_length=1)
 
 
-class BoxSet(Part):
+class BoxSet(Spec):
     """Everything inside a box, including its faces."""
 
     box: tuple[Point, Point] = Field(
@@ -43,7 +43,7 @@ class BoxSet(Part):
     )
 
 
-class Plane(Part):
+class Plane(Spec):
     """Plane; in 2D a line."""
 
     point: Point = Field(
@@ -53,13 +53,13 @@ class Plane(Part):
     normal: Direction = Field(description="Normal that points to the selected side, of any length.")
 
 
-class PlaneSet(Part):
+class PlaneSet(Spec):
     """Everything on one side of a plane, including the plane."""
 
     plane: Plane = Field(description="Plane, such as {point: [0 mm, 2 mm], normal: [0, 1]}.")
 
 
-class UnionSet(Part):
+class UnionSet(Spec):
     """Union of sets."""
 
     union: Annotated[tuple[Text, ...], SEVERAL] = Field(
@@ -67,7 +67,7 @@ class UnionSet(Part):
     )
 
 
-class IntersectionSet(Part):
+class IntersectionSet(Spec):
     """Intersection of sets."""
 
     intersection: Annotated[tuple[Text, ...], SEVERAL] = Field(
@@ -75,7 +75,7 @@ class IntersectionSet(Part):
     )
 
 
-class DifferenceSet(Part):
+class DifferenceSet(Spec):
     """Difference of two sets."""
 
     difference: tuple[Text, Text] = Field(
@@ -84,7 +84,7 @@ class DifferenceSet(Part):
     )
 
 
-DEFINITIONS: dict[str, type[Part]] = {
+DEFINITIONS: dict[str, type[Spec]] = {
     "box": BoxSet, "plane": PlaneSet, "union": UnionSet, "intersection": IntersectionSet,
     "difference": DifferenceSet,
 }  # fmt: skip
@@ -103,7 +103,7 @@ Formulation = Literal["plane_strain", "axisymmetric", "ring_section", "solid"]
 Freedom = Literal["x", "y", "z", "rotation", "rotation_x", "rotation_y", "rotation_z"]
 
 
-class Region(Part):
+class RegionSpec(Spec):
     """Cell set with a material or thickness of its own. Anything not given is taken
     from the body.
     """
@@ -117,13 +117,13 @@ class Region(Part):
     )
 
     @model_validator(mode="after")
-    def _differs(self) -> "Region":
+    def _differs(self) -> "RegionSpec":
         if self.material is None and self.thickness is None:
             raise ValueError("a region needs its own material or thickness")
         return self
 
 
-class Body(Part):
+class BodySpec(Spec):
     """Deformable body."""
 
     mesh: MeshSource = Field(description="Mesh from a generator or from a file.")
@@ -152,7 +152,7 @@ class Body(Part):
         description="Cell set of a ring_section that goes around the axis.",
     )
     material: Text = Field(description="Name of a material of the scene or the library.")
-    regions: dict[Name, Region] = Field(
+    regions: dict[Name, RegionSpec] = Field(
         default={},
         description="Cell sets with a material or thickness of their own, by name: {spikes: "
         "{material: dragon_skin_30}}. The sets come from the mesh (skin and spikes of the robots, "
@@ -199,7 +199,7 @@ class Body(Part):
         return value
 
 
-class CylinderOutline(Part):
+class CylinderOutline(Spec):
     """Cylinder around the centre of a rigid body, along x (along y in an
     axisymmetric model). In 2D a rectangle.
     """
@@ -208,13 +208,13 @@ class CylinderOutline(Part):
     height: PositiveLength = Field(description="Diameter.")
 
 
-class BallOutline(Part):
+class BallOutline(Spec):
     """Ball around the centre of a rigid body. In 2D a disc."""
 
     radius: PositiveLength = Field(description="Radius.")
 
 
-class RigidSurface(Part):
+class RigidSurface(Spec):
     """Closed surface of a rigid body. It touches walls at its vertices, and touches the deformable
     bodies if it is listed in `contact.self_contact`.
     """
@@ -267,7 +267,7 @@ Outline = Annotated[
 ]
 
 
-class RigidBody(Part):
+class RigidBody(Spec):
     """Rigid body with three degrees of freedom in 2D and six in 3D."""
 
     mass: PositiveMass | None = Field(

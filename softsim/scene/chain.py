@@ -3,7 +3,7 @@
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, ConfigDict, Field
 
 from softsim.scene.measures import FORCE, FREQUENCY, LENGTH, NODES, NUMBER, SPEED, TIME, Measure
 from softsim.scene.quantities import (
@@ -15,7 +15,6 @@ from softsim.scene.quantities import (
     NotNegativeLength,
     NotNegativeTurningStiffness,
     Number,
-    Part,
     PositiveDensity,
     PositiveFrequency,
     PositiveLength,
@@ -23,6 +22,7 @@ from softsim.scene.quantities import (
     PositiveStiffness,
     PositiveTime,
     PositiveVelocity,
+    Spec,
     Text,
     WholeNumber,
     json_schema,
@@ -38,7 +38,7 @@ def _at_most_upright(slope: float) -> float:
     return slope
 
 
-class Backbone(Part):
+class Backbone(Spec):
     """Strip that carries the limbs."""
 
     length: PositiveLength = Field(description="Length. All rows must fit on it.")
@@ -58,7 +58,7 @@ class Backbone(Part):
     )
 
 
-class Rows(Part):
+class RowsSpec(Spec):
     """Rows of limbs."""
 
     count: WholeNumber = Field(ge=2, le=200, description="Number of rows.")
@@ -72,7 +72,7 @@ class Rows(Part):
     )
 
 
-class Masses(Part):
+class Masses(Spec):
     """Masses of the nodes."""
 
     head: PositiveMass = Field(
@@ -81,7 +81,7 @@ class Masses(Part):
     node: PositiveMass = Field(description="Mass of each other node.")
 
 
-class Limbs(Part):
+class LimbsSpec(Spec):
     """Contact of the limbs with the ground."""
 
     stiffness: PositiveStiffness = Field(description="Vertical stiffness of one limb.")
@@ -103,7 +103,7 @@ class Limbs(Part):
     )
 
 
-class Friction(Part):
+class Friction(Spec):
     """Friction between limbs and ground."""
 
     coefficient: Number = Field(ge=0.0, description="Coefficient of sliding friction.")
@@ -119,7 +119,7 @@ class Friction(Part):
     )
 
 
-class Motor(Part):
+class Motor(Spec):
     """Eccentric-mass motor on the head."""
 
     place: Literal["front", "middle", "rear"] = Field(
@@ -146,7 +146,7 @@ class Motor(Part):
     )
 
 
-class Side(Part):
+class Side(Spec):
     """Values of one side that differ from the file's."""
 
     frequency: PositiveFrequency | None = Field(
@@ -165,7 +165,7 @@ class Side(Part):
     )
 
 
-class Sides(Part):
+class Sides(Spec):
     """Two chains side by side (3D), each with a motor."""
 
     distance: PositiveLength = Field(
@@ -182,8 +182,10 @@ class Sides(Part):
     )
 
 
-class Time(Part):
+class ChainTimeSpec(Spec):
     """Duration and time steps."""
+
+    model_config = ConfigDict(title="Time")
 
     end: PositiveTime = Field(default=written("2 s"), description="Simulated time.")
     increment: PositiveTime = Field(
@@ -201,14 +203,14 @@ class Time(Part):
     )
 
 
-class ChainScene(Part):
+class ChainScene(Spec):
     """Robot modelled as a chain of masses and springs on a slope."""
 
     title: Text = Field(default="", description="Title of the report, one line.")
     backbone: Backbone = Field(description="Strip that carries the limbs.")
-    rows: Rows = Field(description="Rows of limbs.")
+    rows: RowsSpec = Field(description="Rows of limbs.")
     masses: Masses = Field(description="Masses of the nodes.")
-    limbs: Limbs = Field(description="Contact of the limbs with the ground.")
+    limbs: LimbsSpec = Field(description="Contact of the limbs with the ground.")
     friction: Friction = Field(description="Friction between limbs and ground.")
     motor: Motor = Field(description="Eccentric-mass motor on the head.")
     sides: Sides | None = Field(
@@ -235,7 +237,9 @@ class ChainScene(Part):
         default=written("0.5 ms"),
         description="Time constant in which errors of the link lengths decay.",
     )
-    time: Time = Field(default_factory=Time, description="Duration and time steps.")
+    time: ChainTimeSpec = Field(
+        default_factory=ChainTimeSpec, description="Duration and time steps."
+    )
 
     @property
     def node_count(self) -> int:

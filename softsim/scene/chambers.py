@@ -16,13 +16,13 @@ from softsim.scene.quantities import (
     NotNegativePressure,
     NotNegativeVolume,
     Number,
-    Part,
     PositiveLength,
     PositivePressure,
     PositiveViscosity,
     PositiveVolume,
     PositiveVolumeFlow,
     SetReference,
+    Spec,
     Text,
     written,
 )
@@ -33,7 +33,7 @@ Q = TypeVar("Q")
 AS_GIVEN: dict[str, Any] = {"on_skin": (), "factor": 1.0, "offset": 0.0}
 
 
-class FollowerPressure(Part):
+class FollowerPressureSpec(Spec):
     """Pressure on facets, normal to the deformed surface."""
 
     kind: Literal["follower_pressure"] = Field(description="Kind of load.")
@@ -99,7 +99,7 @@ class FollowerPressure(Part):
         return all(getattr(self, key) == value for key, value in AS_GIVEN.items())
 
 
-class _Chamber(Part):
+class _Chamber(Spec):
     facets: tuple[SetReference, ...] = Field(
         min_length=1,
         description='Facet sets around the chamber: "skin.chamber". They form a closed surface, '
@@ -111,7 +111,7 @@ class _Chamber(Part):
     )
 
 
-class AddedVolume(_Chamber):
+class AddedVolumeSpec(_Chamber):
     """Chamber filled with a liquid: the volume is prescribed and the pressure follows."""
 
     kind: Literal["added_volume"] = Field(description="Kind of load.")
@@ -139,14 +139,14 @@ class _Gas(_Chamber):
     )
 
 
-class AddedGas(_Gas):
+class AddedGasSpec(_Gas):
     """Chamber filled with a prescribed mass of ideal gas at constant temperature."""
 
     kind: Literal["added_gas"] = Field(description="Kind of load.")
     profile: MassProfile = Field(description="Mass of gas added since the start, over time.")
 
 
-class Pump(Part):
+class Pump(Spec):
     """Pump that is either on or off. Its flow decreases linearly with its back
     pressure and never reverses.
     """
@@ -157,7 +157,7 @@ class Pump(Part):
     stall: PositivePressure = Field(description="Gauge pressure at which the flow is zero.")
 
 
-class Valve(Part):
+class Valve(Spec):
     """Outlet valve that is either open or closed. Its flow is C (p^2 - p_ambient^2)
     with absolute pressures.
     """
@@ -170,7 +170,7 @@ class Valve(Part):
     )
 
 
-class AirTube(Part):
+class AirTube(Spec):
     """Tube to the chamber, with laminar isothermal flow. Half of its volume is
     added to each end.
     """

@@ -9,16 +9,16 @@ from softsim.scene.quantities import (
     AT_REST,
     AngularVelocityOrVector,
     Axis,
-    Part,
     Point,
     PositiveMass,
     SetReference,
+    Spec,
     Text,
     VelocityVector,
 )
 
 
-class Fixed(Part):
+class Fixed(Spec):
     """Fixed nodes."""
 
     kind: Literal["fixed"] = Field(description="Kind of condition.")
@@ -28,7 +28,7 @@ class Fixed(Part):
     )
 
 
-class Symmetry(Part):
+class Symmetry(Spec):
     """Nodes on a plane of symmetry, which stay in the plane."""
 
     kind: Literal["symmetry"] = Field(description="Kind of condition.")
@@ -36,7 +36,7 @@ class Symmetry(Part):
     normal: Axis = Field(description="Normal of the plane.")
 
 
-class _Moved(Part):
+class _Moved(Spec):
     """A motion along one direction, given by its displacement or by its velocity over time."""
 
     displacement: LengthProfile | None = Field(
@@ -61,7 +61,7 @@ class Prescribed(_Moved):
     direction: Axis = Field(description="Component that is prescribed.")
 
 
-class RigidMotion(_Moved):
+class RigidMotionSpec(_Moved):
     """Prescribed motion of a rigid body's centre along one direction, for example of the plate of
     a press. The other degrees of freedom stay free.
     """
@@ -81,7 +81,7 @@ class WallMotion(_Moved):
     direction: Axis = Field(description="Direction of the motion.")
 
 
-class PointMass(Part):
+class PointMass(Spec):
     """Mass added to nodes in equal parts, without rotational inertia."""
 
     kind: Literal["point_mass"] = Field(description="Kind of condition.")
@@ -89,7 +89,7 @@ class PointMass(Part):
     mass: PositiveMass = Field(description="Total mass of the set.")
 
 
-class InitialVelocity(Part):
+class InitialVelocity(Spec):
     """Initial velocity v + omega x (x - c) of nodes, as of a rigid motion. It
     replaces the initial velocity of their body.
     """
@@ -124,6 +124,6 @@ class InitialVelocity(Part):
 
 
 Condition = Annotated[
-    Fixed | Symmetry | Prescribed | RigidMotion | WallMotion | PointMass | InitialVelocity,
+    Fixed | Symmetry | Prescribed | RigidMotionSpec | WallMotion | PointMass | InitialVelocity,
     Field(discriminator="kind"),
 ]

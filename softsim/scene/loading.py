@@ -23,8 +23,8 @@ from softsim.scene.text import (
     Keys,
     Model,
     Origin,
-    Place,
     SceneLoader,
+    SchemaLocation,
     Tree,
     child,
     entries,
@@ -549,7 +549,7 @@ def _keys(tree: Tree, words: Sequence[str], origin: Origin, root: Model) -> Iter
     A section of the schema may be absent from the file, a name before the last word may not: a
     mistyped body would become a new one.
     """
-    place: Place | None = Place(root)
+    place: SchemaLocation | None = SchemaLocation(root)
     held: Tree | None = tree
     for position, word in enumerate(words):
         is_last = position == len(words) - 1

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
 
-from softsim.scene.chambers import AddedGas, AddedVolume, FollowerPressure, Pneumatic
+from softsim.scene.chambers import AddedGasSpec, AddedVolumeSpec, FollowerPressureSpec, Pneumatic
 from softsim.scene.profiles import (
     FactorProfile,
     ForceDensityProfile,
@@ -25,7 +25,6 @@ from softsim.scene.quantities import (
     NotNegativeTime,
     NotNegativeTurningStiffness,
     Number,
-    Part,
     Point,
     PositiveForce,
     PositiveFrequency,
@@ -33,6 +32,7 @@ from softsim.scene.quantities import (
     PositiveMass,
     PositiveStiffness,
     SetReference,
+    Spec,
     StressVector,
     Text,
     told_by_presence,
@@ -42,7 +42,7 @@ from softsim.scene.quantities import (
 P = TypeVar("P")
 
 
-class EccentricMass(Part):
+class EccentricMass(Spec):
     """Vibration motor: a rotating force m_e r_e omega^2 about an axis fixed to its body."""
 
     kind: Literal["eccentric_mass"] = Field(description="Kind of load.")
@@ -80,7 +80,7 @@ class EccentricMass(Part):
     )
 
 
-class SinusoidalForce(Part):
+class SinusoidalForce(Spec):
     """Sinusoidal force along a fixed direction on a rigid body."""
 
     kind: Literal["sinusoidal_force"] = Field(description="Kind of load.")
@@ -97,7 +97,7 @@ class SinusoidalForce(Part):
     phase: Angle = Field(default=written("0 deg"), description="Phase angle at the start.")
 
 
-class OverTime(Part):
+class OverTime(Spec):
     """Load of a given full value with an optional time history."""
 
     ramp: NotNegativeTime = Field(
@@ -117,7 +117,7 @@ class OverTime(Part):
         return profile
 
 
-class Directed(Part, Generic[P]):
+class Directed(Spec, Generic[P]):
     """Load along a direction with a profile of values with units."""
 
     direction: Direction = Field(description="Direction of positive values, of any length.")
@@ -127,12 +127,12 @@ class Directed(Part, Generic[P]):
     )
 
 
-class _OfNodes(Part):
+class _OfNodes(Spec):
     kind: Literal["nodal_force"] = Field(description="Kind of load.")
     nodes: SetReference = Field(description='Node set, such as "block.top".')
 
 
-class NodalForce(_OfNodes, OverTime):
+class NodalForceSpec(_OfNodes, OverTime):
     """Force on a node set, distributed in proportion to the nodal masses."""
 
     force: ForceVector = Field(description="Total force on the set.")
@@ -142,7 +142,7 @@ class DirectedNodalForce(_OfNodes, Directed[ForceProfile]):
     """Force along a direction on a node set, distributed in proportion to the nodal masses."""
 
 
-class _OfFacets(Part):
+class _OfFacets(Spec):
     kind: Literal["surface_traction"] = Field(description="Kind of load.")
     facets: tuple[SetReference, ...] = Field(
         min_length=1, description="Facet sets, such as [block.top]."
@@ -161,7 +161,7 @@ class DirectedTraction(_OfFacets, Directed[StressProfile]):
     """Traction per undeformed area along a direction: a dead load."""
 
 
-class _OfBodies(Part):
+class _OfBodies(Spec):
     kind: Literal["body_force"] = Field(description="Kind of load.")
     bodies: tuple[Text, ...] = Field(min_length=1, description="Names of the bodies.")
 
@@ -176,12 +176,12 @@ class DirectedBodyForce(_OfBodies, Directed[ForceDensityProfile]):
     """Force per undeformed volume along a direction."""
 
 
-class _OfRigidBody(Part):
+class _OfRigidBody(Spec):
     kind: Literal["rigid_force"] = Field(description="Kind of load.")
     acts_on: Text = Field(description="Name of the rigid body.")
 
 
-class RigidForce(_OfRigidBody, OverTime):
+class RigidForceSpec(_OfRigidBody, OverTime):
     """Force with a constant direction on a rigid body, at its centre of mass."""
 
     force: ForceVector = Field(description="Force.")
@@ -191,7 +191,7 @@ class DirectedRigidForce(_OfRigidBody, Directed[ForceProfile]):
     """Force along a direction on a rigid body, at its centre of mass."""
 
 
-class AxialRelief(Part):
+class AxialReliefSpec(Spec):
     """Cancels a fraction of the robot's weight along the x axis of a rigid body, for a plane
     section that has fewer of the robot's spikes along the axis than across it.
     """
@@ -208,7 +208,7 @@ class AxialRelief(Part):
     )
 
 
-class Tendon(Part):
+class TendonSpec(Spec):
     """Tendon from a rigid body to a distant force gauge: a spring that acts in tension only. The
     history gets a column `pull`, the tension of the first tendon.
     """
@@ -227,7 +227,7 @@ class Tendon(Part):
     )
 
 
-class Tether(Part):
+class TetherSpec(Spec):
     """Tether that a robot trails along its x axis, such as a tube with wires: friction along that
     axis, weight and rotational stiffness. It acts at all times, also before t = 0. The history
     gets a column `tether_drag`, the drag of the first tether, positive against forward motion.
@@ -267,7 +267,7 @@ class Tether(Part):
     )
 
 
-class PulledCable(OverTime):
+class PulledCableSpec(OverTime):
     """Massless cable that slides without friction through eyelets in bodies and is actuated at its
     end, by a length `pull` that is drawn in or by a `tension`. It acts in tension only. The
     history gets the columns NAME_tension and NAME_drawn_in.
@@ -308,7 +308,7 @@ class PulledCable(OverTime):
     )
 
     @model_validator(mode="after")
-    def _is_driven_once(self) -> "PulledCable":
+    def _is_driven_once(self) -> "PulledCableSpec":
         drives = ("pull", "pull_profile", "tension", "tension_profile")
         given = [key for key in drives if getattr(self, key) is not None]
         if len(given) != 1:
@@ -326,7 +326,7 @@ def _by_direction(otherwise: str) -> Discriminator:
 
 
 NodalLoad = Annotated[
-    Annotated[NodalForce, Tag("force")] | Annotated[DirectedNodalForce, Tag("direction")],
+    Annotated[NodalForceSpec, Tag("force")] | Annotated[DirectedNodalForce, Tag("direction")],
     _by_direction("force"),
 ]
 SurfaceLoad = Annotated[
@@ -338,13 +338,13 @@ BodyLoad = Annotated[
     _by_direction("density"),
 ]
 RigidLoad = Annotated[
-    Annotated[RigidForce, Tag("force")] | Annotated[DirectedRigidForce, Tag("direction")],
+    Annotated[RigidForceSpec, Tag("force")] | Annotated[DirectedRigidForce, Tag("direction")],
     _by_direction("force"),
 ]
 Load = Annotated[
-    FollowerPressure
-    | AddedVolume
-    | AddedGas
+    FollowerPressureSpec
+    | AddedVolumeSpec
+    | AddedGasSpec
     | Pneumatic
     | EccentricMass
     | SinusoidalForce
@@ -352,9 +352,9 @@ Load = Annotated[
     | SurfaceLoad
     | BodyLoad
     | RigidLoad
-    | AxialRelief
-    | Tendon
-    | Tether
-    | PulledCable,
+    | AxialReliefSpec
+    | TendonSpec
+    | TetherSpec
+    | PulledCableSpec,
     Field(discriminator="kind"),
 ]

@@ -7,13 +7,13 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from softsim.scene.quantities import (
     Number,
-    Part,
     PositiveCompressibility,
     PositiveDensity,
     PositiveFrequency,
     PositivePressure,
     PositiveTime,
     Pressure,
+    Spec,
     Text,
     written,
 )
@@ -40,7 +40,7 @@ LossFactor = Annotated[Number, Field(ge=0.0, le=2.0)]
 Point = tuple[PositiveFrequency, PositivePressure, LossFactor]
 
 
-class _Spectrum(Part):
+class _Spectrum(Spec):
     largest_error: Number = Field(
         default=0.05,
         gt=0.0,
@@ -113,7 +113,7 @@ def _some(exponent: float) -> float:
     return exponent
 
 
-class PronyTerm(Part):
+class PronyTerm(Spec):
     """Term of a Prony series."""
 
     g: Number = Field(
@@ -124,7 +124,7 @@ class PronyTerm(Part):
     )
 
 
-class _Rubber(Part):
+class _Rubber(Spec):
     density: PositiveDensity = Field(description="Mass density.")
     bulk_modulus: PositivePressure | None = Field(
         default=None,

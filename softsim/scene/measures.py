@@ -5,8 +5,8 @@
 
 from dataclasses import dataclass
 
-from softsim.scene.chambers import FollowerPressure, Pneumatic
-from softsim.scene.loads import Tendon
+from softsim.scene.chambers import FollowerPressureSpec, Pneumatic
+from softsim.scene.loads import TendonSpec
 from softsim.scene.outputs import probe_columns
 from softsim.scene.profiles import EventCyclesProfile, ever_falls
 from softsim.scene.schema import Scene
@@ -126,7 +126,7 @@ def produced(scene: Scene) -> dict[str, Measure]:
     """
     chambers = {name: load for name, load in scene.loads.items() if load.kind in CHAMBERS}
     chamber = chambers.get(scene.robot.chamber or next(iter(chambers), ""))
-    profile = chamber.profile if isinstance(chamber, FollowerPressure | Pneumatic) else None
+    profile = chamber.profile if isinstance(chamber, FollowerPressureSpec | Pneumatic) else None
     axes = axes_of(scene)
     found = OF_RUNS | OF_BODIES
     found |= {f"body_displacement_{axis}": LENGTH for axis in axes}
@@ -146,7 +146,7 @@ def produced(scene: Scene) -> dict[str, Measure]:
         found |= OF_CHAMBERS
     if isinstance(profile, EventCyclesProfile):
         found |= OF_CONTROLLED_CYCLES
-    if any(isinstance(load, Tendon) for load in scene.loads.values()):
+    if any(isinstance(load, TendonSpec) for load in scene.loads.values()):
         found |= OF_TENDONS
     if scene.layout is not None:
         found |= OF_LAYOUTS

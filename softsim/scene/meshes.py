@@ -5,10 +5,10 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, Tag
 
 from softsim.mesh.surface import CellKind
-from softsim.scene.quantities import Length, Part, PositiveLength, Text, WholeNumber, written
+from softsim.scene.quantities import Length, PositiveLength, Spec, Text, WholeNumber, written
 
 
-class _Filled(Part):
+class _Filled(Spec):
     cells: CellKind = Field(
         default="simplex",
         description="Cell type. simplex: triangles or tetrahedra. quad: quadrilaterals or "
@@ -313,7 +313,7 @@ class PneunetMesh(_Filled):
     )
 
 
-class FileMesh(Part):
+class FileMesh(Spec):
     """Mesh file (gmsh .msh, VTK .vtu, ABAQUS .inp) with linear cells."""
 
     file: Text = Field(description="Path, relative to the file in which it is given.")

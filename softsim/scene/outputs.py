@@ -9,23 +9,23 @@ from softsim.scene.quantities import (
     Length,
     Name,
     Number,
-    Part,
     PositiveTime,
     SetReference,
+    Spec,
     Velocity,
     is_probe,
     written,
 )
 
 
-class DisplacementProbe(Part):
+class DisplacementProbe(Spec):
     """Mean displacement of a node set. History columns NAME_x, NAME_y and in 3D NAME_z."""
 
     kind: Literal["displacement"] = Field(description="Kind of probe.")
     nodes: SetReference = Field(description='Node set, such as "skin.equator_outer".')
 
 
-class RadiusProbe(Part):
+class RadiusProbe(Spec):
     """Mean distance of a node set from the axis (x in 3D, y in an axisymmetric
     model). History column NAME.
     """
@@ -34,7 +34,7 @@ class RadiusProbe(Part):
     nodes: SetReference = Field(description='Node set, such as "skin.equator_outer".')
 
 
-class ReactionProbe(Part):
+class ReactionProbe(Spec):
     """Reaction force on a fixed or prescribed node set, against the rest of its body and its own
     weight. History columns NAME_x, NAME_y and in 3D NAME_z.
     """
@@ -43,7 +43,7 @@ class ReactionProbe(Part):
     nodes: SetReference = Field(description='Fixed or prescribed node set: "block.right".')
 
 
-class VolumeProbe(Part):
+class VolumeProbe(Spec):
     """Volume on the free side of facet sets, closed like a chamber. History column NAME."""
 
     kind: Literal["volume"] = Field(description="Kind of probe.")
@@ -63,7 +63,7 @@ def probe_columns(name: str, kind: str, axes: str) -> list[str]:
     return [f"{name}_{a}" for a in axes] if has_components else [name]
 
 
-class Output(Part):
+class Output(Spec):
     """Results to write, and how often."""
 
     history_interval: PositiveTime = Field(
@@ -105,7 +105,7 @@ class Output(Part):
         return probes
 
 
-class Range(Part):
+class Range(Spec):
     """Limits of a value; each kind of value reads them in its own unit."""
 
     min: float | None = None
@@ -148,7 +148,7 @@ class NumberRange(Range):
     max: Number | None = Field(default=None, description="Upper limit.")
 
 
-class Expect(Part):
+class Expect(Spec):
     """Limits of results. If a result of the run is outside its limits, the exit code is 5."""
 
     passes: bool | None = Field(

@@ -9,9 +9,9 @@ from softsim.scene.quantities import (
     Angle,
     Name,
     Number,
-    Part,
     PositiveLength,
     PositiveLineDensity,
+    Spec,
     told_by_key,
     written,
 )
@@ -23,14 +23,14 @@ DIAMETER = Field(
 )
 
 
-class StraightItem(Part):
+class StraightItem(Spec):
     """Straight pipe."""
 
     straight: PositiveLength = Field(description="Length.")
     diameter: PositiveLength | None = DIAMETER
 
 
-class BendItem(Part):
+class BendItem(Spec):
     """Bend along a circular arc."""
 
     bend: Angle = Field(
@@ -55,7 +55,7 @@ class BendItem(Part):
         return bend
 
 
-class TaperItem(Part):
+class TaperItem(Spec):
     """Conical transition to another diameter."""
 
     taper: PositiveLength = Field(description="Length along the axis.")
@@ -63,7 +63,7 @@ class TaperItem(Part):
     diameter: PositiveLength | None = DIAMETER
 
 
-class StepItem(Part):
+class StepItem(Spec):
     """Sudden change of the diameter."""
 
     step: PositiveLength = Field(description="New diameter.")
@@ -85,7 +85,7 @@ TURNED = Field(
 )
 
 
-class TeeItem(Part):
+class TeeItem(Spec):
     """Tee: one branch leaves at a right angle from the middle of a straight fitting, or two
     branches leave to both sides and the pipe ends.
     """
@@ -105,7 +105,7 @@ class TeeItem(Part):
         return self
 
 
-class CrossItem(Part):
+class CrossItem(Spec):
     """Cross: two branches leave at right angles from the middle of a straight
     fitting, and the pipe continues.
     """
@@ -119,7 +119,7 @@ class CrossItem(Part):
     diameter: PositiveLength | None = DIAMETER
 
 
-ITEMS: dict[str, type[Part]] = {
+ITEMS: dict[str, type[Spec]] = {
     "straight": StraightItem, "bend": BendItem, "taper": TaperItem, "step": StepItem,
     "tee": TeeItem, "cross": CrossItem,
 }  # fmt: skip
@@ -150,7 +150,7 @@ FrictionCoefficient = Annotated[Number, Field(ge=0.0)]
 Limits = Annotated[tuple[FrictionCoefficient, FrictionCoefficient], AfterValidator(_rising)]
 
 
-class Trailed(Part):
+class Trailed(Spec):
     """Tether for `softsim reach`, which computes how far a robot gets through a layout with it.
 
     The defaults are the PufferFace Robot's air line, a polyurethane tube of 2 mm with a bore of

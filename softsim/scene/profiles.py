@@ -21,7 +21,6 @@ from softsim.scene.quantities import (
     NotNegativePressure,
     NotNegativeTime,
     Number,
-    Part,
     PositiveForce,
     PositiveFrequency,
     PositivePressure,
@@ -30,9 +29,11 @@ from softsim.scene.quantities import (
     PositiveVelocity,
     Pressure,
     Quantity,
+    Spec,
     Velocity,
     Volume,
     WholeNumber,
+    schema_title,
     told_by_presence,
     written,
 )
@@ -44,7 +45,7 @@ NAME_OF_UNIT = {
 }  # fmt: skip
 
 
-class Profile(Part, Generic[Q]):
+class ProfileSpec(Spec, Generic[Q]):
     """Values over time of the type Q."""
 
     @classmethod
@@ -55,13 +56,13 @@ class Profile(Part, Generic[Q]):
 
     @classmethod
     def model_parametrized_name(cls, params: tuple[Any, ...]) -> str:
-        """Return the name of the class of a quantity: PressureTable for Table[Pressure]."""
+        """Return the name of the class of a quantity: PressureTable for TableSpec[Pressure]."""
         notes = get_args(params[0])[1:]
         units = [NAME_OF_UNIT[note.unit] for note in notes if isinstance(note, Quantity)]
-        return f"{(units or ['Factor'])[0]}{cls.__name__}"
+        return f"{(units or ['Factor'])[0]}{schema_title(cls)}"
 
 
-class Constant(Profile[Q]):
+class Constant(ProfileSpec[Q]):
     """Constant value, reached at once or by a linear ramp from zero."""
 
     kind: Literal["constant"] = Field(description="Kind of profile.")
@@ -76,7 +77,7 @@ class Constant(Profile[Q]):
         return (0.0, self.value) if self.ramp > 0.0 else (self.value,)
 
 
-class Ramp(Profile[Q]):
+class Ramp(ProfileSpec[Q]):
     """Linear ramp from zero, constant afterwards."""
 
     kind: Literal["ramp"] = Field(description="Kind of profile.")
@@ -89,7 +90,7 @@ class Ramp(Profile[Q]):
         return (0.0, self.value)
 
 
-class SmoothStep(Profile[Q]):
+class SmoothStep(ProfileSpec[Q]):
     """Smooth step from zero, value times u^2 (3 - 2 u) with u = time / duration, constant
     afterwards. The rate is continuous, so that little vibration is excited (compare ABAQUS's
     amplitude SMOOTH STEP).
@@ -105,7 +106,7 @@ class SmoothStep(Profile[Q]):
         return (0.0, self.value)
 
 
-class Sine(Profile[Q]):
+class Sine(ProfileSpec[Q]):
     """Sine wave: mean + amplitude sin(2 pi frequency t + phase)."""
 
     kind: Literal["sine"] = Field(description="Kind of profile.")
@@ -123,7 +124,7 @@ class Sine(Profile[Q]):
         return (mean + self.amplitude, mean - self.amplitude)
 
 
-class Table(Profile[Q]):
+class TableSpec(ProfileSpec[Q]):
     """Piecewise linear interpolation between points, constant after the last point."""
 
     kind: Literal["table"] = Field(description="Kind of profile.")
@@ -145,7 +146,7 @@ class Table(Profile[Q]):
         return tuple(value for _, value in self.points)
 
 
-class PeriodicCycles(Profile[Q]):
+class PeriodicCycles(ProfileSpec[Q]):
     """Periodic trapezoids: rise, hold, fall, and rest at the lowest value for the
     remainder of the period.
     """
@@ -231,7 +232,7 @@ class FactorPeriodicCycles(PeriodicCycles[Number]):
     highest: Number = Field(default=1.0, description=f"Highest factor, {PLAIN}")
 
 
-class _Swing(Part):
+class _Swing(Spec):
     highest: PositivePressure = Field(description="Highest pressure.")
     inflation_rate: PositivePressureRate = Field(
         description="Rate of pressure increase during inflation."
@@ -391,8 +392,8 @@ CyclesOfPressure = Annotated[
     told_by_presence("rates", ("inflation_rate", "deflation_rate"), otherwise="period"),
 ]
 FixedProfile = (
-    Constant[Pressure] | Ramp[Pressure] | SmoothStep[Pressure] | Sine[Pressure] | Table[Pressure]
-    | CyclesOfPressure | NaturalDeflationProfile
+    Constant[Pressure] | Ramp[Pressure] | SmoothStep[Pressure] | Sine[Pressure]
+    | TableSpec[Pressure] | CyclesOfPressure | NaturalDeflationProfile
 )  # fmt: skip
 PressureProfile = Annotated[FixedProfile | EventCyclesProfile, Field(discriminator="kind")]
 
@@ -401,7 +402,7 @@ LengthProfile = Annotated[
     | Ramp[Length]
     | SmoothStep[Length]
     | Sine[Length]
-    | Table[Length]
+    | TableSpec[Length]
     | PeriodicCycles[Length],
     Field(discriminator="kind"),
 ]
@@ -410,7 +411,7 @@ VelocityProfile = Annotated[
     | Ramp[Velocity]
     | SmoothStep[Velocity]
     | Sine[Velocity]
-    | Table[Velocity]
+    | TableSpec[Velocity]
     | PeriodicCycles[Velocity],
     Field(discriminator="kind"),
 ]
@@ -419,7 +420,7 @@ VolumeProfile = Annotated[
     | Ramp[Volume]
     | SmoothStep[Volume]
     | Sine[Volume]
-    | Table[Volume]
+    | TableSpec[Volume]
     | PeriodicCycles[Volume],
     Field(discriminator="kind"),
 ]
@@ -428,7 +429,7 @@ MassProfile = Annotated[
     | Ramp[Mass]
     | SmoothStep[Mass]
     | Sine[Mass]
-    | Table[Mass]
+    | TableSpec[Mass]
     | PeriodicCycles[Mass],
     Field(discriminator="kind"),
 ]
@@ -437,7 +438,7 @@ ForceProfile = Annotated[
     | Ramp[Force]
     | SmoothStep[Force]
     | Sine[Force]
-    | Table[Force]
+    | TableSpec[Force]
     | PeriodicCycles[Force],
     Field(discriminator="kind"),
 ]
@@ -446,7 +447,7 @@ StressProfile = Annotated[
     | Ramp[Pressure]
     | SmoothStep[Pressure]
     | Sine[Pressure]
-    | Table[Pressure]
+    | TableSpec[Pressure]
     | PeriodicCycles[Pressure],
     Field(discriminator="kind"),
 ]
@@ -455,7 +456,7 @@ ForceDensityProfile = Annotated[
     | Ramp[ForceDensity]
     | SmoothStep[ForceDensity]
     | Sine[ForceDensity]
-    | Table[ForceDensity]
+    | TableSpec[ForceDensity]
     | PeriodicCycles[ForceDensity],
     Field(discriminator="kind"),
 ]
@@ -464,7 +465,7 @@ FactorProfile = Annotated[
     | FactorRamp
     | FactorSmoothStep
     | FactorSine
-    | Table[Number]
+    | TableSpec[Number]
     | FactorPeriodicCycles,
     Field(discriminator="kind"),
 ]

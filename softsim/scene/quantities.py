@@ -318,10 +318,17 @@ ORIGIN = written("0 mm", "0 mm")
 AT_REST = written("0 mm/s", "0 mm/s")
 
 
-class Part(BaseModel):
-    """Anything in a scene: frozen, and strict about its keys."""
+def schema_title(model: type) -> str:
+    """Return the name of a class in JSON schemas: `Layer` for `LayerSpec`."""
+    return model.__name__.removesuffix("Spec")
 
-    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True)
+
+class Spec(BaseModel):
+    """Base class of all parts of a scene or study: frozen, and strict about its keys."""
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, validate_default=True, model_title_generator=schema_title
+    )
 
 
 def json_schema(model: type[BaseModel]) -> dict[str, Any]:
@@ -331,11 +338,18 @@ def json_schema(model: type[BaseModel]) -> dict[str, Any]:
     for name, definition in schema["$defs"].items():
         text = text.replace(f'#/$defs/{name}"', f'#/$defs/{definition["title"]}"')
     read: dict[str, Any] = json.loads(text)
-    read["$defs"] = {definition["title"]: definition for definition in read["$defs"].values()}
+
+    def order(named: tuple[str, Any]) -> str:
+        name, definition = named
+        is_generic = "_" in name  # classes of one profile stay together
+        return name.replace("Spec_", "_") if is_generic else str(definition["title"])
+
+    definitions = sorted(read["$defs"].items(), key=order)
+    read["$defs"] = {definition["title"]: definition for _, definition in definitions}
     return read
 
 
-def told_by_key(classes: Mapping[str, type[Part]]) -> Discriminator:
+def told_by_key(classes: Mapping[str, type[Spec]]) -> Discriminator:
     """Return a discriminator that selects a class by the first key of a mapping in `classes`."""
 
     def tag(value: Any) -> str | None:

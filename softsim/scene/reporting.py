@@ -12,7 +12,7 @@ from softsim.errors import SceneError
 from softsim.scene.text import (
     Keys,
     Model,
-    Place,
+    SchemaLocation,
     Tree,
     discriminators,
     entries,
@@ -170,7 +170,7 @@ def _problem(
     return SceneError(f"{title(place.keys)}: {message}", hint, location)
 
 
-def _missing_key(parent: Place, place: Place, tree: Tree) -> SceneError:
+def _missing_key(parent: SchemaLocation, place: SchemaLocation, tree: Tree) -> SceneError:
     description = (place.field.description or "") if place.field else ""
     key, holder = place.keys[-1], nearest(tree, parent.keys)[0]
     return SceneError(
@@ -178,7 +178,7 @@ def _missing_key(parent: Place, place: Place, tree: Tree) -> SceneError:
     )
 
 
-def _wrong_count(place: Place, tree: Tree) -> SceneError:
+def _wrong_count(place: SchemaLocation, tree: Tree) -> SceneError:
     held = nearest(tree, place.keys)[0]
     given = len(held.value) if isinstance(held.value, list) else 1
     return SceneError(
@@ -188,7 +188,9 @@ def _wrong_count(place: Place, tree: Tree) -> SceneError:
     )
 
 
-def _unknown_key(parent: Place, keys: Keys, tree: Tree, beside: Collection[str]) -> SceneError:
+def _unknown_key(
+    parent: SchemaLocation, keys: Keys, tree: Tree, beside: Collection[str]
+) -> SceneError:
     allowed = list(parent.models[0].model_fields)
     if not parent.keys:
         allowed.extend(beside)
@@ -200,7 +202,7 @@ def _unknown_key(parent: Place, keys: Keys, tree: Tree, beside: Collection[str])
     )
 
 
-def _unknown_variant(place: Place, tree: Tree) -> SceneError:
+def _unknown_variant(place: SchemaLocation, tree: Tree) -> SceneError:
     """Return the error of a mapping whose key for its kind is missing or wrong."""
     held = nearest(tree, place.keys)[0]
     name = title(place.keys)

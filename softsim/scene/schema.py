@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from softsim.scene.bodies import Body, RigidBody
+from softsim.scene.bodies import BodySpec, RigidBody
 from softsim.scene.conditions import Condition
 from softsim.scene.loads import Load
 from softsim.scene.materials import Material
@@ -18,26 +18,26 @@ from softsim.scene.quantities import (
     AutoOrPositiveTime,
     Name,
     Number,
-    Part,
     PositiveDensity,
     PositiveLength,
     PositivePressure,
     PositiveTime,
     SetPattern,
     SetReference,
+    Spec,
     Text,
     WholeNumber,
     json_schema,
     written,
 )
-from softsim.scene.structural import Cable, Fibre
-from softsim.scene.walls import Contact, Crossing, Environment
+from softsim.scene.structural import CableSpec, FibreSpec
+from softsim.scene.walls import Contact, CrossingSpec, Environment
 
 # -------------------------------------------------------------------------------------------------
 # Test whether a robot passes a layout of pipes.
 
 
-class Layout(Part):
+class Layout(Spec):
     """Test whether a rigid body passes a pipe. The run ends as soon as it has
     passed or is stuck.
     """
@@ -72,7 +72,7 @@ class Layout(Part):
     )
 
 
-class SteadyProbe(Part):
+class SteadyProbeSpec(Spec):
     """Criterion that ends a static run once a probe is steady."""
 
     probe: Text = Field(description="Name of the probe, one of `output.probes`.")
@@ -85,7 +85,7 @@ class SteadyProbe(Part):
     )
 
 
-class Reach(Part):
+class Reach(Spec):
     """Limit of a history column at which a run ends."""
 
     column: Text = Field(
@@ -107,7 +107,7 @@ class Reach(Part):
         return self
 
 
-class Time(Part):
+class TimeSpec(Spec):
     """Duration, procedure and time step of a run."""
 
     end: PositiveTime = Field(description="Simulated time at which the run ends.")
@@ -130,7 +130,7 @@ class Time(Part):
         "off; by default bodies start as meshed. Static run: the relaxation after `end`, by "
         "default 10 s.",
     )
-    until: SteadyProbe | None = Field(
+    until: SteadyProbeSpec | None = Field(
         default=None,
         description="A static run also ends when this probe is steady, which can happen long "
         "before the forces balance.",
@@ -146,7 +146,7 @@ class Time(Part):
     )
 
 
-class MassScaling(Part):
+class MassScalingSpec(Spec):
     """Selective mass scaling, for longer time steps. Nodes that lie close together form groups.
     Only relative motion within a group gets extra inertia; total mass, rigid motion of a group and
     static results do not change.
@@ -162,7 +162,7 @@ class MassScaling(Part):
     )
 
 
-class Solver(Part):
+class Solver(Spec):
     """Settings of the explicit time integration."""
 
     safety_factor: Number = Field(
@@ -182,7 +182,7 @@ class Solver(Part):
         description="Linear bulk viscosity coefficient b1, as in ABAQUS/Explicit. A static run "
         "uses at least 0.06.",
     )
-    mass_scaling: MassScaling | None = Field(
+    mass_scaling: MassScalingSpec | None = Field(
         default=None, description="Selective mass scaling for longer time steps. Default: none."
     )
     energy_error_limit: Number = Field(
@@ -200,7 +200,7 @@ class Solver(Part):
     )
 
 
-class Roles(Part):
+class Roles(Spec):
     """Parts of the robot that the results refer to."""
 
     frame: Text | None = Field(
@@ -228,7 +228,7 @@ class Roles(Part):
     )
 
 
-class Tie(Part):
+class Tie(Spec):
     """Tie constraint between nodes and a surface with a non-matching mesh, as if glued. The nodes
     are moved onto the facets before the start. If the meshes differ in size, tie the nodes of the
     finer mesh to the facets of the coarser.
@@ -245,7 +245,7 @@ class Tie(Part):
     )
 
 
-class Layer(Part):
+class LayerSpec(Spec):
     """Thin layer (paper, cloth, film) bonded to the surface of a body. It is a membrane of St.
     Venant-Kirchhoff material for small strains, without bending stiffness. Its thickness is
     ignored by contact.
@@ -258,21 +258,25 @@ class Layer(Part):
     density: PositiveDensity = Field(description="Mass density.")
 
 
-class Scene(Part):
+class Scene(Spec):
     """One simulation."""
 
     title: Text = Field(default="", description="Title of the report, one line.")
     materials: dict[Name, Material] = Field(
         default={}, description="Materials by name, in addition to the library."
     )
-    bodies: dict[Name, Body] = Field(
+    bodies: dict[Name, BodySpec] = Field(
         min_length=1,
         description="Deformable bodies by name. A layout without bodies is not a scene: run it "
         "with `softsim assess`.",
     )
-    cables: dict[Name, Cable] = Field(default={}, description="Cables by name.")
-    layers: dict[Name, Layer] = Field(default={}, description="Thin layers on surfaces, by name.")
-    fibres: dict[Name, Fibre] = Field(default={}, description="Fibres in or on bodies, by name.")
+    cables: dict[Name, CableSpec] = Field(default={}, description="Cables by name.")
+    layers: dict[Name, LayerSpec] = Field(
+        default={}, description="Thin layers on surfaces, by name."
+    )
+    fibres: dict[Name, FibreSpec] = Field(
+        default={}, description="Fibres in or on bodies, by name."
+    )
     ties: dict[Name, Tie] = Field(default={}, description="Ties of nodes to surfaces, by name.")
     rigid_bodies: dict[Name, RigidBody] = Field(default={}, description="Rigid bodies by name.")
     environment: Environment = Field(default_factory=Environment, description="Gravity and walls.")
@@ -285,7 +289,7 @@ class Scene(Part):
         default={}, description="Boundary and initial conditions by name."
     )
     loads: dict[Name, Load] = Field(default={}, description="Loads by name.")
-    time: Time = Field(description="Duration, procedure and time step of the run.")
+    time: TimeSpec = Field(description="Duration, procedure and time step of the run.")
     solver: Solver = Field(default_factory=Solver, description="Settings of the time integration.")
     robot: Roles = Field(
         default_factory=Roles, description="Parts of the robot that the results refer to."
@@ -298,7 +302,7 @@ class Scene(Part):
         default=None,
         description="Tether of the robot for `softsim reach`. It has no effect on a run.",
     )
-    crossing: Crossing | None = Field(
+    crossing: CrossingSpec | None = Field(
         default=None, description="Test whether a body crosses its terrain. Default: no test."
     )
     output: Output = Field(default_factory=Output, description="Results to write, and how often.")

@@ -13,7 +13,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from softsim.errors import Option, SceneError
-from softsim.scene.chambers import AddedGas, AddedVolume, Pneumatic
+from softsim.scene.chambers import AddedGasSpec, AddedVolumeSpec, Pneumatic
 from softsim.scene.conditions import InitialVelocity, WallMotion
 from softsim.scene.loading import (
     STEPS,
@@ -22,7 +22,7 @@ from softsim.scene.loading import (
     read_scene,
     validated,
 )
-from softsim.scene.loads import PulledCable, Tendon, Tether
+from softsim.scene.loads import PulledCableSpec, TendonSpec, TetherSpec
 from softsim.scene.quantities import NAME
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.schema import Scene
@@ -35,7 +35,7 @@ THE_SAME = (
     ("rigid_bodies",), ("environment", "walls"),
 )  # fmt: skip
 # What they hold counts from the rest shape and place on.
-FROM_REST = (AddedVolume, AddedGas, Pneumatic, Tendon, Tether, PulledCable)
+FROM_REST = (AddedVolumeSpec, AddedGasSpec, Pneumatic, TendonSpec, TetherSpec, PulledCableSpec)
 
 
 @dataclass(frozen=True)

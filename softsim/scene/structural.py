@@ -12,18 +12,18 @@ from softsim.scene.quantities import (
     NotNegativeForce,
     NotNegativeLength,
     Number,
-    Part,
     Point,
     PositiveDensity,
     PositiveForce,
     PositiveLength,
     PositiveLineDensity,
     PositivePressure,
+    Spec,
     written,
 )
 
 
-class Cable(Part):
+class CableSpec(Spec):
     """Cable (tube, wire, thread) with stretching and bending stiffness, without torsional
     stiffness, stress-free when straight. It touches walls, but no bodies. Its node sets are
     NAME.start and NAME.end (the ends), NAME.start_segment and NAME.end_segment (two nodes, which
@@ -59,7 +59,7 @@ class Cable(Part):
 # Fibres in bodies: threads, wires.
 
 
-class Helix(Part):
+class Helix(Spec):
     """Helix about an axis along x, y or z. With zero pitch it is a ring."""
 
     center: Point = Field(description="Point on the axis at which the helix starts.")
@@ -80,7 +80,7 @@ class Helix(Part):
     )
 
 
-class Fibre(Part):
+class FibreSpec(Spec):
     """Fibre (thread, wire) embedded in a body or wound on it. It follows Hooke's law in the
     engineering strain, has no bending stiffness and by default goes slack under compression. The
     history gets a column NAME_tension, the largest tension along the fibre.
@@ -114,7 +114,7 @@ class Fibre(Part):
     )
 
     @model_validator(mode="after")
-    def _has_one_line(self) -> "Fibre":
+    def _has_one_line(self) -> "FibreSpec":
         if (self.points is None) == (self.helix is None):
             raise ValueError("needs either points or a helix: give one of them")
         return self

@@ -342,7 +342,7 @@ Model = type[BaseModel]
 
 
 @dataclass(frozen=True)
-class Place:
+class SchemaLocation:
     """Place in the schema: its annotation, the field it belongs to and the keys to it."""
 
     annotation: Any
@@ -354,7 +354,7 @@ class Place:
         """Classes that a mapping here may have; empty if no mapping of fields is allowed."""
         bare = _bare(self.annotation)
         if get_origin(bare) in (Union, UnionType):
-            return [m for option in get_args(bare) for m in Place(option).models]
+            return [m for option in get_args(bare) for m in SchemaLocation(option).models]
         return [bare] if isinstance(bare, type) and issubclass(bare, BaseModel) else []
 
     @property
@@ -385,11 +385,11 @@ class Place:
         for option in get_args(_bare(self.annotation)):
             notes = get_args(option)[1:] if get_origin(option) is Annotated else ()
             given = [note.tag for note in notes if isinstance(note, Tag)]
-            for model in Place(option).models:
+            for model in SchemaLocation(option).models:
                 found |= dict.fromkeys(given or discriminators(model).values(), option)
         return found
 
-    def variant(self, value: Any) -> "Place":
+    def variant(self, value: Any) -> "SchemaLocation":
         """Return the place with the class of the mapping `value`.
 
         The class follows from its law, kind or generator, or from the first key of a class that has
@@ -405,26 +405,28 @@ class Place:
         if len(self.models) < 2 or not matching:
             return self
         meant = max(matching, key=lambda model: len(model.model_fields.keys() & given.keys()))
-        return Place(meant, self.field, self.keys)
+        return SchemaLocation(meant, self.field, self.keys)
 
-    def tagged(self, tag: str) -> "Place":
+    def tagged(self, tag: str) -> "SchemaLocation":
         """Return the place with the option that pydantic calls `tag`."""
-        return Place(self.tags[tag], self.field, self.keys)
+        return SchemaLocation(self.tags[tag], self.field, self.keys)
 
-    def inside(self, key: Key) -> "Place | None":
+    def inside(self, key: Key) -> "SchemaLocation | None":
         """Return the place of the entry `key`, or None if the schema has none."""
         keys = (*self.keys, key)
         if self.models:
             field = self.models[0].model_fields.get(str(key)) if len(self.models) == 1 else None
-            return Place(field.annotation, field, keys) if field else None
+            return SchemaLocation(field.annotation, field, keys) if field else None
         bare = _bare(self.annotation)
         arguments = get_args(bare)
         if get_origin(bare) is dict and isinstance(key, str):
-            return Place(arguments[1], self.field, keys)
+            return SchemaLocation(arguments[1], self.field, keys)
         if get_origin(bare) is tuple and isinstance(key, int):
             if Ellipsis in arguments:
-                return Place(arguments[0], self.field, keys)
-            return Place(arguments[key], self.field, keys) if key < len(arguments) else None
+                return SchemaLocation(arguments[0], self.field, keys)
+            return (
+                SchemaLocation(arguments[key], self.field, keys) if key < len(arguments) else None
+            )
         return None
 
 
@@ -443,26 +445,26 @@ def first_key(model: Model) -> str:
     return next(iter(model.model_fields))
 
 
-def place_of(root: Model, loc: Sequence[Key]) -> Place:
+def place_of(root: Model, loc: Sequence[Key]) -> SchemaLocation:
     """Return the place of pydantic's `loc` of an error, as deep as the schema goes.
 
     A loc also contains tags of classes, and a mark for an error in the key of a mapping, which are
     not keys.
     """
-    place = Place(root)
+    place = SchemaLocation(root)
     for part in loc:
         if part == "[key]":
             return place
         if len(place.models) > 1:
             place = place.tagged(str(part))
             continue
-        place = place.inside(part) or Place(Any, None, (*place.keys, part))
+        place = place.inside(part) or SchemaLocation(Any, None, (*place.keys, part))
     return place
 
 
-def place_in(root: Model, tree: Tree, keys: Keys) -> Place | None:
+def place_in(root: Model, tree: Tree, keys: Keys) -> SchemaLocation | None:
     """Return the place of `keys` in a file with the content `tree`, or None if there is none."""
-    place: Place | None = Place(root)
+    place: SchemaLocation | None = SchemaLocation(root)
     held: Tree | None = tree
     for key in keys:
         place = place.variant(plain(held) if held else {}).inside(key) if place else None

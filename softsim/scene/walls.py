@@ -21,10 +21,10 @@ from softsim.scene.quantities import (
     Name,
     NotNegativeTime,
     Number,
-    Part,
     Point,
     PositiveLength,
     PositiveTime,
+    Spec,
     Text,
     WholeNumber,
     written,
@@ -34,7 +34,7 @@ from softsim.scene.quantities import (
 # Walls that go through a grid of distances: an STL surface in space.
 
 
-class SurfaceWall(Part):
+class SurfaceWall(Spec):
     """Closed surface from an STL file (3D)."""
 
     kind: Literal["surface"] = Field(description="Kind of wall.")
@@ -61,7 +61,7 @@ class SurfaceWall(Part):
 # Walls along a polyline, sharp at its corners.
 
 
-class PolylineWall(Part):
+class PolylineWallSpec(Spec):
     """Polyline with sharp corners: a terrain, or the outline of a pipe. The free side is on the
     left in the direction of the points, so that points towards +x form a ground. In 3D it is
     extruded along z.
@@ -110,7 +110,7 @@ def _up_to_upright(slope: float) -> float:
     return slope
 
 
-class Terrain(Part):
+class Terrain(Spec):
     """Obstacle on level ground that extends without end on both sides. In 3D it is
     extruded along z.
     """
@@ -187,7 +187,7 @@ class StepFieldWall(Terrain):
         return self.blocks * self.block_length
 
 
-class Crossing(Part):
+class CrossingSpec(Spec):
     """Test whether a body crosses its terrain along x before `time.end`. The run ends as soon as
     the body has passed or is stuck.
     """
@@ -206,7 +206,7 @@ class Crossing(Part):
     )
 
 
-class PipeWall(Part):
+class PipeWall(Spec):
     """Straight pipe. 2D: two walls along x. 3D: round, along x. Axisymmetric:
     round, about the y axis.
     """
@@ -218,7 +218,7 @@ class PipeWall(Part):
     )
 
 
-class PlaneWall(Part):
+class PlaneWall(Spec):
     """Half space; in 2D a half plane."""
 
     kind: Literal["plane"] = Field(description="Kind of wall.")
@@ -228,7 +228,7 @@ class PlaneWall(Part):
     )
 
 
-class SphereWall(Part):
+class SphereWall(Spec):
     """Ball. 2D: a disc. Axisymmetric: a ball on the axis."""
 
     kind: Literal["sphere"] = Field(description="Kind of wall.")
@@ -236,7 +236,7 @@ class SphereWall(Part):
     diameter: PositiveLength = Field(description="Diameter.")
 
 
-class CylinderWall(Part):
+class CylinderWall(Spec):
     """Solid cylinder with flat ends. 2D: a rectangle. Axisymmetric: a cylinder
     about the y axis.
     """
@@ -248,7 +248,7 @@ class CylinderWall(Part):
     length: PositiveLength = Field(description="Length along the axis.")
 
 
-class PipePathWall(Part):
+class PipePathWall(Spec):
     """Pipe along a path of straight pieces, bends, tapers, steps and branches. 2D:
     two walls. 3D: round.
     """
@@ -283,7 +283,7 @@ Wall = Annotated[
     | SphereWall
     | CylinderWall
     | PipePathWall
-    | PolylineWall
+    | PolylineWallSpec
     | SurfaceWall
     | RampWall
     | SemicircleWall
@@ -292,7 +292,7 @@ Wall = Annotated[
 ]
 
 
-class Environment(Part):
+class Environment(Spec):
     """Gravity and walls."""
 
     gravity: AccelerationOrVector = Field(
@@ -320,7 +320,7 @@ class Environment(Part):
     )
 
 
-class ContactPair(Part):
+class ContactPair(Spec):
     """Two surfaces that may touch each other, with their own friction coefficient."""
 
     between: tuple[Text, Text] = Field(
@@ -334,7 +334,7 @@ class ContactPair(Part):
     )
 
 
-class Contact(Part):
+class Contact(Spec):
     """Penalty contact with Coulomb friction between bodies and walls, and between bodies."""
 
     friction_coefficient: Number = Field(

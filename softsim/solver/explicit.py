@@ -14,7 +14,7 @@ import numpy as np
 import taichi as ti
 
 from softsim.compute import backend, fields
-from softsim.compute.machine import Place, memory_of
+from softsim.compute.machine import ComputeDevice, memory_of
 from softsim.compute.term import compiles_alike
 from softsim.errors import DeviceError, OutputError
 from softsim.loads.load import Load
@@ -60,7 +60,7 @@ def refuse_before_start(model: Model, device: str) -> None:
     refuse_too_large(model, field_bytes(model, scenarios=1), device, place)
 
 
-def refuse_too_large(model: Model, size: int, device: str, place: Place | None) -> None:
+def refuse_too_large(model: Model, size: int, device: str, place: ComputeDevice | None) -> None:
     """Raise DeviceError if the fields of a model, of `size` bytes, do not fit the free memory.
 
     device: "cpu" or "cuda". place: its memory, None if unknown; then nothing is raised. The error
@@ -84,7 +84,7 @@ def refuse_too_large(model: Model, size: int, device: str, place: Place | None) 
     )
 
 
-def scenarios_that_fit(model: Model, device: str, place: Place | None) -> int | None:
+def scenarios_that_fit(model: Model, device: str, place: ComputeDevice | None) -> int | None:
     """Return the number of scenarios of a model that fit the free memory of a device.
 
     None if the memory is unknown (place: None).

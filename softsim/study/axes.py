@@ -15,7 +15,7 @@ def column(name: str, unit: str = "") -> str:
 
 
 @dataclass(frozen=True)
-class Axis:
+class StudyAxis:
     """A factor or a measure. unit: of its column, empty for labels and bare numbers. logarithmic:
     it is spaced, and drawn, so. about: in words, for axes and headings of figures.
     """
@@ -58,7 +58,10 @@ FACTORS_ONLY = {"curve": ("by",), "heat_map": ("x", "y")}
 
 
 def given_plots(
-    parts: Sequence[PlotPart], tree: Tree, factors: Sequence[Axis], measures: Sequence[Axis]
+    parts: Sequence[PlotPart],
+    tree: Tree,
+    factors: Sequence[StudyAxis],
+    measures: Sequence[StudyAxis],
 ) -> tuple[Plot, ...]:
     """Return the plots given in a study. Raises SceneError for an unknown axis."""
     for part, held in zip(parts, listed(tree, "plots"), strict=True):
@@ -76,7 +79,7 @@ def given_plots(
 
 
 def chosen_plots(
-    factors: Sequence[Axis], measures: Sequence[Axis], is_grid: bool
+    factors: Sequence[StudyAxis], measures: Sequence[StudyAxis], is_grid: bool
 ) -> tuple[Plot, ...]:
     """Plots of each measure that is a number. Of one factor a curve. Of two in a grid a heat map,
     where a label is among them a curve a value of it. Else a scatter over each factor.

@@ -29,7 +29,7 @@ from softsim.study.cases import (
 )
 from softsim.study.design import Perturbation, refuse_incomplete_rows, rows
 from softsim.study.factors import Factor, factor_in, scene_file, scenes_factor
-from softsim.study.schema import ListDesign, ScenesFactor, Study
+from softsim.study.schema import ListDesign, ScenesFactor, StudySpec
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Composition:
         return loaded
 
 
-def composed(study: Study, tree: Tree, folder: Path, overrides: Sequence[str]) -> Composition:
+def composed(study: StudySpec, tree: Tree, folder: Path, overrides: Sequence[str]) -> Composition:
     """Return the composition of a study that lies in `folder`.
 
     Raises
@@ -124,7 +124,7 @@ def refuse_what_chains_lack(tree: Tree) -> None:
         raise SceneError("the trials of a chain cannot be stopped early", hint, prune.key_origin)
 
 
-def refuse_other_than_one_scene(study: Study, tree: Tree) -> None:
+def refuse_other_than_one_scene(study: StudySpec, tree: Tree) -> None:
     """Raise SceneError unless the study has one scene, or one factor that chooses it."""
     choosing = [name for name, part in study.factors.items() if isinstance(part, ScenesFactor)]
     places = [entries(tree, "factors")[name].key_origin for name in choosing]

@@ -18,9 +18,9 @@ import numpy as np
 
 from softsim.errors import SceneError
 from softsim.scene.loading import Loaded, keys_at
-from softsim.scene.quantities import Part
+from softsim.scene.quantities import Spec
 from softsim.scene.reporting import did_you_mean
-from softsim.scene.text import Keys, Place, Tree, entries, listed, nearest, place_in
+from softsim.scene.text import Keys, SchemaLocation, Tree, entries, listed, nearest, place_in
 from softsim.study.cases import Setting, Value
 from softsim.study.factors import Factor, Interval, at, quantity_of
 from softsim.study.schema import (
@@ -149,7 +149,7 @@ class Perturbation:
         text = f"{number!r} {unit}".rstrip()
         return Setting(self.path, text, self.written.key_origin, self.written.origin)
 
-    def _deviation(self, value: float, place: Place) -> float:
+    def _deviation(self, value: float, place: SchemaLocation) -> float:
         """Return the standard deviation, SI, of a value, SI."""
         share = SHARE.fullmatch(self.written.text)
         if share is not None:
@@ -176,10 +176,10 @@ def perturbations(repeats: Repeats | None, perturb: Mapping[str, Tree]) -> tuple
     )
 
 
-def value_at(scene: Part, keys: Keys) -> Any:
+def value_at(scene: Spec, keys: Keys) -> Any:
     """Return the value of a scene at `keys`, SI."""
     held: Any = scene
     for key in keys:
-        is_part = isinstance(held, Part)
+        is_part = isinstance(held, Spec)
         held = getattr(held, str(key)) if is_part else held[key]
     return held

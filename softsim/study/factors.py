@@ -15,8 +15,17 @@ from softsim.errors import SceneError
 from softsim.scene.loading import flow_text, keys_at
 from softsim.scene.quantities import Quantity
 from softsim.scene.reporting import did_you_mean
-from softsim.scene.text import Origin, Place, Tree, child, entries, is_file, listed, place_in
-from softsim.study.axes import Axis
+from softsim.scene.text import (
+    Origin,
+    SchemaLocation,
+    Tree,
+    child,
+    entries,
+    is_file,
+    listed,
+    place_in,
+)
+from softsim.study.axes import StudyAxis
 from softsim.study.cases import Setting, Value, setting
 from softsim.study.schema import KeyFactor, VariantsFactor
 
@@ -61,7 +70,7 @@ def quantity_of(written: Tree, quantity: Quantity) -> float | str:
         raise SceneError(context["problem"], context["hint"], written.origin) from None
 
 
-def reading_of(place: Place | None, written: Sequence[Tree]) -> Reading | None:
+def reading_of(place: SchemaLocation | None, written: Sequence[Tree]) -> Reading | None:
     """Return the reading of the values of a key at `place`; None if they are labels.
 
     Labels are texts, or quantities with "auto" among them. The first value gives the unit. Raises
@@ -122,7 +131,7 @@ class LabelFactor:
     choices: label -> scene file, or settings of the scene.
     """
 
-    axis: Axis
+    axis: StudyAxis
     choices: Mapping[str, Path | tuple[Setting, ...]]
 
     @property
@@ -163,7 +172,7 @@ class NumberFactor:
     space: possible values. origins: number -> its location, for numbers written in the study.
     """
 
-    axis: Axis
+    axis: StudyAxis
     path: str
     path_origin: Origin
     reading: Reading
@@ -210,7 +219,7 @@ def scenes_factor(name: str, about: str, tree: Tree, folder: Path) -> LabelFacto
     """Return a factor that chooses the scene file. Raises SceneError if a file is missing."""
     files = entries(tree, "scenes")
     choices = {label: scene_file(file, folder) for label, file in files.items()}
-    return LabelFactor(Axis(name, is_label=True, about=about), choices)
+    return LabelFactor(StudyAxis(name, is_label=True, about=about), choices)
 
 
 def factor_in(
@@ -235,7 +244,7 @@ def factor_in(
             label: tuple(setting(*entry) for entry in entries(held).items())
             for label, held in entries(tree, "variants").items()
         }
-        return LabelFactor(Axis(name, is_label=True, about=part.about), choices)
+        return LabelFactor(StudyAxis(name, is_label=True, about=part.about), choices)
     path = child(tree, "key")
     assert path is not None  # pydantic has seen to it
     place = place_in(root, base, keys_at(base, part.key, path.origin, root))
@@ -283,7 +292,7 @@ def labels_of_key(name: str, part: KeyFactor, path: Tree, written: Sequence[Tree
     choices = {
         one.text: (Setting(part.key, flow_text(one), path.origin, one.origin),) for one in written
     }
-    return LabelFactor(Axis(name, is_label=True, about=part.about), choices)
+    return LabelFactor(StudyAxis(name, is_label=True, about=part.about), choices)
 
 
 def numbers_of_key(
@@ -291,7 +300,7 @@ def numbers_of_key(
 ) -> NumberFactor:
     """Return the factor of a key whose values are numbers. Raises SceneError for a bad interval."""
     numbers = [reading.number(one) for one in written]
-    axis = Axis(name, reading.unit, logarithmic=part.log_range is not None, about=part.about)
+    axis = StudyAxis(name, reading.unit, logarithmic=part.log_range is not None, about=part.about)
     if part.values is not None:
         _refuse_twice(numbers, written)
     space: Space = tuple(numbers)

@@ -15,14 +15,14 @@ from pydantic import ValidationError
 from softsim.errors import Option, SceneError
 from softsim.scene.reporting import scene_error
 from softsim.scene.text import Scalar, Tree, entries, nearest, plain, read_file
-from softsim.study.axes import Axis, Goal, Plot, chosen_plots, given_plots
+from softsim.study.axes import Goal, Plot, StudyAxis, chosen_plots, given_plots
 from softsim.study.bisection import Bisection, bisection_of, boundary, cells, runs_left
 from softsim.study.cases import Case, Value, forget_files, resolved
 from softsim.study.composition import Composition, checked_scenes, composed
 from softsim.study.design import Perturbation, perturbations, point_count, points, refuse_misfit
 from softsim.study.factors import Interval, Space
 from softsim.study.measures import MeasureColumn, goal_of, measure_column
-from softsim.study.schema import BisectionDesign, GridDesign, PointDesign, Study
+from softsim.study.schema import BisectionDesign, GridDesign, PointDesign, StudySpec
 
 REPEAT = "repeat"
 """Column of the repeats."""
@@ -44,7 +44,7 @@ class LoadedStudy:
     is described. goal: None without an optimisation.
     """
 
-    study: Study
+    study: StudySpec
     path: Path
     tree: Tree
     composition: Composition
@@ -61,7 +61,7 @@ class LoadedStudy:
         return self.study.title or self.path.stem.replace("_", " ")
 
     @property
-    def factors(self) -> tuple[Axis, ...]:
+    def factors(self) -> tuple[StudyAxis, ...]:
         """Columns of the factors."""
         return tuple(factor.axis for factor in self.composition.factors)
 
@@ -194,9 +194,9 @@ def study_from(content: Mapping[str, Any], folder: Path) -> LoadedStudy:
 def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStudy:
     """Return the study in `tree`, of a file at `path`. Raises SceneError as load_study."""
     try:
-        study = Study.model_validate(plain(tree))
+        study = StudySpec.model_validate(plain(tree))
     except ValidationError as error:
-        raise scene_error(error, tree, Study) from None
+        raise scene_error(error, tree, StudySpec) from None
     forget_files()
     refuse_taken_names(study, tree)
     composition = composed(study, tree, path.parent, overrides)
@@ -239,7 +239,7 @@ def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStud
     )
 
 
-def refuse_taken_names(study: Study, tree: Tree) -> None:
+def refuse_taken_names(study: StudySpec, tree: Tree) -> None:
     """Raise SceneError at a factor or measure whose name is already taken by another column."""
     names = [("factors", name) for name in study.factors if name in TAKEN]
     names += [("measures", name) for name in study.measures if name in (*TAKEN, *study.factors)]
@@ -316,7 +316,7 @@ def settings(study: LoadedStudy) -> list[tuple[str, str]]:
     return rows
 
 
-def space_text(axis: Axis, space: Space) -> str:
+def space_text(axis: StudyAxis, space: Space) -> str:
     """Return the values of a factor as text."""
     spacing = ", logarithmic" if axis.logarithmic else ""
     if isinstance(space, Interval):

@@ -15,7 +15,7 @@ from softsim.scene.measures import Measure
 from softsim.scene.quantities import Quantity
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.text import Tree, child, nearest
-from softsim.study.axes import Axis, Goal
+from softsim.study.axes import Goal, StudyAxis
 from softsim.study.cases import Value
 from softsim.study.factors import Reading
 from softsim.study.schema import MeasurePart, Objective
@@ -29,7 +29,7 @@ TAKES = "first, last, mean, min, max or slope"
 
 
 @dataclass(frozen=True)
-class MeasureColumn(Axis):
+class MeasureColumn(StudyAxis):
     """Axis that is read from a summary.
 
     of: its name there, dotted into mappings. take: the element of a list. size: its unit in the SI
@@ -41,9 +41,9 @@ class MeasureColumn(Axis):
     size: float = 1.0
 
     @property
-    def axis(self) -> Axis:
+    def axis(self) -> StudyAxis:
         """Axis of the column, for a report."""
-        return Axis(self.name, self.unit, self.is_label, self.logarithmic, self.about)
+        return StudyAxis(self.name, self.unit, self.is_label, self.logarithmic, self.about)
 
     @property
     def reads_history(self) -> bool:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, Tag, WithJsonSchema, model_validator
 
-from softsim.scene.quantities import Name, Number, Part, Text, WholeNumber, json_schema, told_by_key
+from softsim.scene.quantities import Name, Number, Spec, Text, WholeNumber, json_schema, told_by_key
 
 
 def _number_or_text(value: Any) -> Any:
@@ -25,7 +25,7 @@ Seed = Annotated[WholeNumber, Field(ge=0)]
 About = Annotated[Text, Field(description="Label for axes and headings.")]
 
 
-class KeyFactor(Part):
+class KeyFactor(Spec):
     """Factor that sets one key of the scene to given values, or to values in a range."""
 
     key: Text = Field(description='Path of the key, as in --set: "time.end".')
@@ -51,7 +51,7 @@ class KeyFactor(Part):
     about: About = ""
 
 
-class VariantsFactor(Part):
+class VariantsFactor(Spec):
     """Factor that sets several keys at once, by label."""
 
     variants: Annotated[dict[Text, dict[Text, Any]], Field(min_length=1)] = Field(
@@ -60,7 +60,7 @@ class VariantsFactor(Part):
     about: About = ""
 
 
-class ScenesFactor(Part):
+class ScenesFactor(Spec):
     """Factor that chooses a scene file, by label."""
 
     scenes: Annotated[dict[Text, Text], Field(min_length=1)] = Field(
@@ -69,7 +69,7 @@ class ScenesFactor(Part):
     about: About = ""
 
 
-FACTORS: dict[str, type[Part]] = {
+FACTORS: dict[str, type[Spec]] = {
     "key": KeyFactor, "variants": VariantsFactor, "scenes": ScenesFactor,
 }  # fmt: skip
 
@@ -82,7 +82,7 @@ FactorPart = Annotated[
 ]
 
 
-class GridDesign(Part):
+class GridDesign(Spec):
     """Full grid: all combinations of the values of the factors. The last factor
     varies fastest.
     """
@@ -90,7 +90,7 @@ class GridDesign(Part):
     kind: Literal["grid"] = Field(description="Kind of design.")
 
 
-class ListDesign(Part):
+class ListDesign(Spec):
     """List of cases."""
 
     kind: Literal["list"] = Field(description="Kind of design.")
@@ -100,7 +100,7 @@ class ListDesign(Part):
     )
 
 
-class LatinHypercubeDesign(Part):
+class LatinHypercubeDesign(Spec):
     """Latin hypercube: random cases with one value of each factor in each of
     `count` equal intervals of its range.
     """
@@ -110,7 +110,7 @@ class LatinHypercubeDesign(Part):
     seed: Seed = Field(default=1, description="Seed of the random numbers.")
 
 
-class SobolDesign(Part):
+class SobolDesign(Spec):
     """Scrambled Sobol sequence, which fills the space of the factors evenly."""
 
     kind: Literal["sobol"] = Field(description="Kind of design.")
@@ -118,7 +118,7 @@ class SobolDesign(Part):
     seed: Seed = Field(default=1, description="Seed of the scrambling.")
 
 
-class BisectionDesign(Part):
+class BisectionDesign(Spec):
     """Bisection: finds the value of one factor at which a measure crosses a threshold, for all
     combinations of the other factors. Both ends of the range are run first, then the interval is
     halved.
@@ -140,7 +140,7 @@ PointDesign = GridDesign | ListDesign | LatinHypercubeDesign | SobolDesign
 Design = Annotated[PointDesign | BisectionDesign, Field(discriminator="kind")]
 
 
-class Repeats(Part):
+class Repeats(Spec):
     """Repeated runs of each case with random perturbations. Repeat n has the same perturbations in
     all cases, so that cases differ only by their factors; they do not change when `count` is
     increased. Repeat 1 is perturbed like the others.
@@ -154,7 +154,7 @@ class Repeats(Part):
     )
 
 
-class MeasurePart(Part):
+class MeasurePart(Spec):
     """Result of each run that is collected in the table, from summary.json or history.csv."""
 
     of: Text = Field(
@@ -182,7 +182,7 @@ class MeasurePart(Part):
     about: About = ""
 
 
-class CurvePlot(Part):
+class CurvePlot(Spec):
     """Curve of a measure over a factor or another measure. Repeats are drawn as the
     mean with a band of 3 standard deviations.
     """
@@ -195,7 +195,7 @@ class CurvePlot(Part):
     )
 
 
-class HeatMapPlot(Part):
+class HeatMapPlot(Spec):
     """Heat map of a measure over two factors."""
 
     kind: Literal["heat_map"] = Field(description="Kind of plot.")
@@ -204,7 +204,7 @@ class HeatMapPlot(Part):
     colour: Name = Field(description="Measure that is shown as colour.")
 
 
-class ScatterPlot(Part):
+class ScatterPlot(Spec):
     """Scatter plot with one point per case."""
 
     kind: Literal["scatter"] = Field(description="Kind of plot.")
@@ -218,7 +218,7 @@ class ScatterPlot(Part):
 PlotPart = Annotated[CurvePlot | HeatMapPlot | ScatterPlot, Field(discriminator="kind")]
 
 
-class Prune(Part):
+class Prune(Spec):
     """Early stopping of poor trials. At every tenth of its duration (of the time or of
     `time.cycles`) a trial is compared with the finished trials at the same point. It is stopped if
     its objective has so far always been worse than their median. This suits measures that indicate
@@ -235,7 +235,7 @@ class Prune(Part):
     )
 
 
-class Objective(Part):
+class Objective(Spec):
     """Objective of an optimisation: one of `maximize`, `minimize` and `match`. Each
     trial is one run, without `repeats`.
     """
@@ -272,7 +272,7 @@ class Objective(Part):
         return self
 
 
-class Study(Part):
+class StudySpec(Spec):
     """Parameter study: a scene, factors that vary, and measures that are collected
     from each run.
     """
@@ -329,4 +329,4 @@ class Study(Part):
 
 def study_json_schema() -> dict[str, Any]:
     """Return the JSON schema of a study file, for completion and checks in editors."""
-    return json_schema(Study)
+    return json_schema(StudySpec)

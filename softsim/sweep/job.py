@@ -51,7 +51,7 @@ from softsim.output.folder import (
 from softsim.output.history import read_history, thin_history
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.scene.loading import Loaded
-from softsim.study.axes import Axis, column
+from softsim.study.axes import StudyAxis, column
 from softsim.study.bisection import Bisection
 from softsim.study.cases import (
     DONE,
@@ -419,7 +419,7 @@ def told_size(study: LoadedStudy, stored: int) -> str:
 class StudyTable:
     """Table of cases, in the order of their numbers. Columns: see `softsim.output.folder`."""
 
-    def __init__(self, factors: Sequence[Axis], measures: Sequence[MeasureColumn]) -> None:
+    def __init__(self, factors: Sequence[StudyAxis], measures: Sequence[MeasureColumn]) -> None:
         self.factors, self.measures = factors, measures
         self.rows: dict[int, dict[str, Any]] = {}
         axes = (*factors, *measures)
@@ -437,7 +437,7 @@ class StudyTable:
     @classmethod
     def of(cls, study: LoadedStudy) -> "StudyTable":
         """Return the table of a sweep, with a column of repeats if there are several."""
-        repeats = (Axis(REPEAT),) if study.repeats > 1 else ()
+        repeats = (StudyAxis(REPEAT),) if study.repeats > 1 else ()
         return cls((*study.factors, *repeats), study.measures)
 
     def open_rounds(

@@ -2,14 +2,20 @@
 
 import numpy as np
 
-from softsim.contact.pipe_layout import Bend, Step, Straight, path_of_items
+from softsim.contact.pipe_layout import Bend, DiameterStep, Straight, path_of_items
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.model import Passage
 
 ARC = 0.06 * 0.5 * np.pi
 PATH = path_of_items(
     "pipe",
-    [Straight(0.12), Bend(0.5 * np.pi, 0.06, 0.0), Straight(0.04), Step(30e-3), Straight(0.1)],
+    [
+        Straight(0.12),
+        Bend(0.5 * np.pi, 0.06, 0.0),
+        Straight(0.04),
+        DiameterStep(30e-3),
+        Straight(0.1),
+    ],
     36e-3,
     np.zeros(2),
     (False, False),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.chain.backbone import BendingForce, Joint, Tilt, WaveForce
+from softsim.chain.backbone import BendingForce, JointStiffness, Tilt, WaveForce
 from softsim.chain.chain import Motors
 from softsim.chain.ground import (
     ContactDamper,
@@ -27,13 +27,13 @@ STORES = {
     "weight": Weight(np.array([3e-2, 5e-3, 6e-3]), 0.3),
     "limbs": Limbs(STIFFNESSES),
     "tilt": BendingForce(Tilt(0.002), LINE),
-    "joint": BendingForce(Joint(0.002), LINE),
+    "joint": BendingForce(JointStiffness(0.002), LINE),
 }
 STORES_IN_SPACE = {
     "weight": Weight(RNG.uniform(1e-3, 3e-2, 6), 0.3),
     "limbs": Limbs(np.tile(STIFFNESSES, 2)),
     "tilt": BendingForce(Tilt(0.002), LADDER),
-    "joint": BendingForce(Joint(0.002), LADDER),
+    "joint": BendingForce(JointStiffness(0.002), LADDER),
 }
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from softsim.contact.pipe_layout import Bend, Item, Step, Straight, Taper, path_of_items
+from softsim.contact.pipe_layout import Bend, DiameterStep, Item, Straight, Taper, path_of_items
 from softsim.contact.pipe_path import PipePath
 
 RIGHT_ANGLE = 0.5 * np.pi
@@ -10,14 +10,14 @@ RIGHT_ANGLE = 0.5 * np.pi
 ALL_KINDS: list[Item] = [
     Straight(30e-3),
     Bend(RIGHT_ANGLE, 25e-3, 0.0),
-    Step(24e-3),
+    DiameterStep(24e-3),
     Straight(20e-3),
     Taper(15e-3, 40e-3),
     Bend(RIGHT_ANGLE, 30e-3, np.pi),
     Taper(6e-3, 30e-3),
     Taper(12e-3, 26e-3),
     Straight(4e-3),
-    Step(36e-3),
+    DiameterStep(36e-3),
     Straight(20e-3),
 ]
 TURNED = [

@@ -5,10 +5,10 @@ import pytest
 import taichi as ti
 
 from softsim.compute import fields
-from softsim.contact.deformable_surface import Edge, Triangle, is_farther
+from softsim.contact.deformable_surface import EdgeShape, TriangleShape, is_farther
 
 
-@pytest.mark.parametrize("shape", [Edge(), Triangle()], ids=["edge", "triangle"])
+@pytest.mark.parametrize("shape", [EdgeShape(), TriangleShape()], ids=["edge", "triangle"])
 def test_a_facet_that_is_told_to_be_farther_is(fresh_taichi, shape):
     """Of facets and places at random: told apart for most that are far, for none that is near."""
     d, count = shape.dimension, 4000

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.contact.pipe_layout import Bend, Step, Straight, Taper, crossing, path_of_items
+from softsim.contact.pipe_layout import Bend, DiameterStep, Straight, Taper, crossing, path_of_items
 from softsim.contact.pipe_network import PipeNetwork
 from tests.contact.pipe_layouts import RIGHT_ANGLE, layout
 
@@ -19,7 +19,7 @@ def ends(path):
 
 def test_bends_in_the_plane():
     """To the left and to the right; radii and diameters as given, arc lengths added up."""
-    items = [Straight(0.1), Bend(RIGHT_ANGLE, 0.05, LEFT), Step(0.03),
+    items = [Straight(0.1), Bend(RIGHT_ANGLE, 0.05, LEFT), DiameterStep(0.03),
              Bend(RIGHT_ANGLE, 0.04, RIGHT), Taper(0.02, 0.05), Straight(0.1)]  # fmt: skip
     path = path_of_items("p", items, 0.02, np.array([0.01, 0.02]), OPEN)
     np.testing.assert_allclose(ends(path), [0.32, 0.11, 1.0, 0.0], atol=1e-15)

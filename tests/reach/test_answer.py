@@ -8,7 +8,7 @@ import pytest
 from softsim.contact import pipe_layout
 from softsim.contact.pipe_layout import Bend, Straight, Taper
 from softsim.reach.answer import Distance, distance, load_of, needed, straight_distance
-from softsim.reach.tension import Bracket, Tether, Way, ways
+from softsim.reach.tension import Bracket, TetherProperties, Way, ways
 from softsim.reach.trials import Heading, TrialPipe
 
 WEIGHT, FRICTION = 0.03, (0.5, 0.75)
@@ -25,7 +25,7 @@ def way_of(*items: pipe_layout.Item) -> Way:
 
 def found(*items: pipe_layout.Item, down: np.ndarray = DOWN) -> Distance:
     way = way_of(*items)
-    least, most = (load_of(way, Tether(WEIGHT, friction), down) for friction in FRICTION)
+    least, most = (load_of(way, TetherProperties(WEIGHT, friction), down) for friction in FRICTION)
     return distance(way, (least, most), PULLS)
 
 
@@ -54,7 +54,7 @@ def test_an_open_bracket_and_a_tether_that_does_not_rub() -> None:
 def test_a_pull_without_end_up_to_a_bend() -> None:
     """Level it pulls whatever is asked, upright next to nothing: it gets to the riser."""
     way = way_of(Straight(2.0), Bend(math.pi / 2, 60e-3, 0.0), Straight(5.0))
-    loads = tuple(load_of(way, Tether(WEIGHT, friction), DOWN) for friction in FRICTION)
+    loads = tuple(load_of(way, TetherProperties(WEIGHT, friction), DOWN) for friction in FRICTION)
     pulls = {LEVEL: Bracket(1.69, math.inf), UPRIGHT: Bracket(0.0, 0.012)}
     answer = distance(way, loads, pulls)
     assert 2.0 < answer.least <= answer.most < 2.1
@@ -64,7 +64,9 @@ def test_the_worse_of_both_frictions_counts() -> None:
     """With little friction most of the tether hangs, and the lower pull counts."""
     down = np.array([-math.sin(math.pi / 3), -math.cos(math.pi / 3), 0.0])
     way = way_of(Straight(100.0))
-    loads = tuple(load_of(way, Tether(WEIGHT, friction), down) for friction in (0.05, 0.3))
+    loads = tuple(
+        load_of(way, TetherProperties(WEIGHT, friction), down) for friction in (0.05, 0.3)
+    )
     answer = distance(way, loads, {LEVEL: Bracket(0.55, 0.6), UPRIGHT: Bracket(0.05, 0.06)})
     assert answer.least < answer.most
 
@@ -88,7 +90,7 @@ def test_a_bend_on_the_way_shortens_it() -> None:
 
 def test_only_trials_that_decide_are_needed() -> None:
     """Of a level pipe one, of one straight up one, of a bend between them both; each diameter."""
-    tethers = [Tether(WEIGHT, friction) for friction in FRICTION]
+    tethers = [TetherProperties(WEIGHT, friction) for friction in FRICTION]
 
     def of(way: Way, down: np.ndarray) -> set[TrialPipe]:
         return needed(way, [load_of(way, tether, down) for tether in tethers])
@@ -103,6 +105,6 @@ def test_only_trials_that_decide_are_needed() -> None:
 def test_what_hangs_behind_a_robot_pulls_on_it_at_rest() -> None:
     """After a long rise a level pipe is no longer that of friction alone."""
     way = way_of(Straight(5.0), Bend(1.5, 0.06, math.pi), Straight(0.5))
-    load = load_of(way, Tether(WEIGHT, 0.1), np.array([-1.0, 0.0, 0.0]))
+    load = load_of(way, TetherProperties(WEIGHT, 0.1), np.array([-1.0, 0.0, 0.0]))
     assert load.uprightness[0] == 1.0
     assert 0.6 < load.uprightness[-1] < 0.9

@@ -5,7 +5,7 @@ import pytest
 
 from softsim.contact import pipe_layout
 from softsim.contact.pipe_layout import Bend, Fork, Straight
-from softsim.reach.tension import CORNER, Tension, Tether, tension_along, ways
+from softsim.reach.tension import CORNER, Tension, TetherProperties, tension_along, ways
 
 WEIGHT, FRICTION, RADIUS = 0.03, 0.6, 0.3  # N/m, -, m
 DOWN = np.array([0.0, -1.0, 0.0])
@@ -16,7 +16,7 @@ QUARTER = 0.5 * np.pi
 def tension(*items: pipe_layout.Item, down: np.ndarray = DOWN, weight: float = WEIGHT) -> Tension:
     network = pipe_layout.network_of_items("pipe", items, {}, 0.036, np.zeros(3), ())
     [way] = ways(network)
-    return tension_along(way, Tether(weight, FRICTION), down)
+    return tension_along(way, TetherProperties(weight, FRICTION), down)
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.4, QUARTER, -0.2, -1.2])
@@ -81,7 +81,10 @@ def test_a_way_into_a_branch_turns_a_corner() -> None:
     network = pipe_layout.network_of_items(
         "pipe", items, {"side": (Straight(1.0),)}, 0.036, np.zeros(3), ()
     )
-    along = {way.exit: tension_along(way, Tether(WEIGHT, FRICTION), LEVEL) for way in ways(network)}
+    along = {
+        way.exit: tension_along(way, TetherProperties(WEIGHT, FRICTION), LEVEL)
+        for way in ways(network)
+    }
     rub = FRICTION * WEIGHT
     assert along["end"].drawing[-1] == pytest.approx(4.2 * rub)
     expected = 3.1 * rub * np.exp(FRICTION * CORNER) + 1.1 * rub

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from softsim.analysis.passage import layout_report, path_samples
-from softsim.contact.pipe_layout import Bend, Step, Straight, Taper, path_of_items
+from softsim.contact.pipe_layout import Bend, DiameterStep, Straight, Taper, path_of_items
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.mesh.mesh import Mesh
 from softsim.model import Passage
@@ -16,7 +16,7 @@ from softsim.output.history import History
 QUARTER = 0.5 * np.pi
 ITEMS = [
     Straight(0.10), Bend(QUARTER, 0.06, 0.0), Straight(0.06), Taper(0.03, 41e-3), Straight(0.05),
-    Bend(QUARTER, 0.06, np.pi), Step(36e-3), Straight(0.06),
+    Bend(QUARTER, 0.06, np.pi), DiameterStep(36e-3), Straight(0.06),
 ]  # fmt: skip
 SAID = (
     "straight 100 mm", "bend 90 deg, radius 60 mm", "straight 60 mm", "taper 30 mm, to 41 mm",

@@ -10,15 +10,15 @@ import numpy as np
 import polars
 
 from softsim.output.folder import StudyRecord, read_study, write_study, write_table
-from softsim.study.axes import Axis, Goal, Plot
+from softsim.study.axes import Goal, Plot, StudyAxis
 from softsim.study.bisection import Bisection, boundary
 from softsim.study.factors import Interval
 
-RATE = Axis("rate", "kPa/s", logarithmic=True, about="deflation rate")
-FRICTION = Axis("friction", about="friction coefficient")
-PIPE = Axis("pipe", is_label=True, about="pipe")
-SPEED = Axis("speed", "mm/s", about="mean speed")
-TRAVEL = Axis("travel", "mm")
+RATE = StudyAxis("rate", "kPa/s", logarithmic=True, about="deflation rate")
+FRICTION = StudyAxis("friction", about="friction coefficient")
+PIPE = StudyAxis("pipe", is_label=True, about="pipe")
+SPEED = StudyAxis("speed", "mm/s", about="mean speed")
+TRAVEL = StudyAxis("travel", "mm")
 
 RATES = np.geomspace(0.5, 10.0, 8).round(3).tolist()
 
@@ -31,11 +31,11 @@ def speed(rate: float = 1.3, friction: float = 0.6, pipe: str = "36 mm") -> floa
 
 def write_made_up(
     folder: Path,
-    factors: Sequence[Axis],
+    factors: Sequence[StudyAxis],
     rows: Sequence[dict[str, Any]],
     result: Callable[..., float] = speed,
     *,
-    measures: Sequence[Axis] = (SPEED, TRAVEL),
+    measures: Sequence[StudyAxis] = (SPEED, TRAVEL),
     plots: Sequence[Plot] = (),
     goal: Goal | None = None,
     repeats: int = 1,
@@ -77,10 +77,10 @@ def write_made_up(
     return folder
 
 
-SLOPE = Axis("slope", "deg", about="slope of the ramp")
-HEIGHT = Axis("height", "mm", about="height of the ramp")
-PATTERN = Axis("pattern", is_label=True, about="rows of limbs")
-PASSED = Axis("passed", about="share of the robots that get over")
+SLOPE = StudyAxis("slope", "deg", about="slope of the ramp")
+HEIGHT = StudyAxis("height", "mm", about="height of the ramp")
+PATTERN = StudyAxis("pattern", is_label=True, about="rows of limbs")
+PASSED = StudyAxis("passed", about="share of the robots that get over")
 SOUGHT = Bisection("height", "passed", 0.5, 3.0, Interval(1.0, 25.0), 4)
 
 

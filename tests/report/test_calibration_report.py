@@ -7,7 +7,7 @@ import yaml
 from softsim.calibration.curves import WallCurve
 from softsim.calibration.mapping import matched
 from softsim.calibration.result import Calibration, Stiffnesses
-from softsim.calibration.specimen import Stiffness
+from softsim.calibration.specimen import SpecimenStiffness
 from softsim.report.calibration import (
     calibration_rows,
     draw_calibration,
@@ -28,8 +28,8 @@ def curve(highest, touch, slope):
 def found():
     """Of 14 spikes, twice the section's stiffness; q = 2 (p - 5 kPa) exactly."""
     reference, section = curve(15e3, 5e3, 2e-3), curve(30e3, 0.0, 0.5e-3)
-    across = Stiffnesses("y", Stiffness(600.0, 0.01), Stiffness(300.0, 0.01))
-    along = Stiffnesses("x", Stiffness(500.0, 0.01), Stiffness(200.0, 0.01))
+    across = Stiffnesses("y", SpecimenStiffness(600.0, 0.01), SpecimenStiffness(300.0, 0.01))
+    along = Stiffnesses("x", SpecimenStiffness(500.0, 0.01), SpecimenStiffness(200.0, 0.01))
     return Calibration(
         reference, section, matched(reference, section), 7e-3, 14, (10e3, 10e3), (across, along),
         matched(reference, section, across.ratio),

@@ -12,7 +12,7 @@ from matplotlib.image import imread
 from softsim.errors import OutputError
 from softsim.output.folder import HISTORY, RESULTS
 from softsim.output.history import History
-from softsim.report.diagram import Axis, Diagram, Panel, Scale, Series
+from softsim.report.diagram import Diagram, Panel, PlotAxis, PlotSeries, Scale
 from softsim.report.figures import draw_all
 from softsim.report.png import draw
 
@@ -81,8 +81,8 @@ def test_a_run_in_which_nothing_happens_has_no_figures(tmp_path: Path) -> None:
 def test_a_logarithmic_axis_without_a_result_is_drawn(tmp_path: Path) -> None:
     """Of a study whose cases ended before what it asks for: places, and no value at any."""
     rates = np.array([1.3, 3.0, 10.0])
-    nothing = Series("speed", rates, np.full(3, np.nan))
-    panel = Panel(Axis(Scale("speed", logarithmic=True), [nothing]))
+    nothing = PlotSeries("speed", rates, np.full(3, np.nan))
+    panel = Panel(PlotAxis(Scale("speed", logarithmic=True), [nothing]))
     draw(tmp_path / "empty.png", Diagram("", Scale("rate", logarithmic=True), [panel]))
     assert imread(tmp_path / "empty.png").size
 

@@ -48,7 +48,7 @@ from softsim.report.study.plots import (
     remark_on_cells,
 )
 from softsim.report.style import drawing
-from softsim.study.axes import Axis, Goal, Plot
+from softsim.study.axes import Goal, Plot, StudyAxis
 
 FASTEST = Goal("speed", "maximize")
 
@@ -189,7 +189,7 @@ def test_cells_are_means_over_what_else_varies(tmp_path):
 
 
 def test_labels_that_begin_with_numbers_are_in_their_order():
-    axis = Axis("pipe", is_label=True)
+    axis = StudyAxis("pipe", is_label=True)
     column = polars.Series(["36 mm", "9 mm", None, "30 mm"])
     scale = AxisScale.of(axis, column)
     assert scale.labels == ("9 mm", "30 mm", "36 mm")

@@ -7,9 +7,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from softsim.errors import SceneError
-from softsim.scene.chambers import FollowerPressure
+from softsim.scene.chambers import FollowerPressureSpec
 from softsim.scene.loading import load_scene
-from softsim.scene.profiles import Table
+from softsim.scene.profiles import TableSpec
 
 WITH_ALL = """\
 title: "one: two # three"
@@ -122,7 +122,7 @@ def test_options_win_over_files_and_later_ones_over_earlier(write):
     scene = load_scene(write(a=WITH_ALL), options).scene
     assert (scene.time.end, scene.solver.safety_factor, scene.title) == (4.0, 0.5, "yes")
     load = scene.loads["air"]
-    assert isinstance(load, FollowerPressure) and isinstance(load.profile, Table)
+    assert isinstance(load, FollowerPressureSpec) and isinstance(load.profile, TableSpec)
     assert load.profile.points[1][1] == 3000.0
     assert scene.materials["soft"].prony[0].g == 0.2
     assert scene.environment.walls["floor"].kind == "plane"

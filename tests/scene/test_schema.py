@@ -101,9 +101,11 @@ def test_a_prony_series_leaves_some_stiffness():
 
 def test_times_of_a_table_rise():
     points = [["0 s", "0 kPa"], ["1 s", "9 kPa"], ["1 s", "8 kPa"]]
-    assert refused(profiles.Table[NotNegativePressure], kind="table", points=points) == {"points"}
+    assert refused(profiles.TableSpec[NotNegativePressure], kind="table", points=points) == {
+        "points"
+    }
     valid = {"kind": "table", "points": points[:2]}
-    assert len(profiles.Table[NotNegativePressure].model_validate(valid).points) == 2
+    assert len(profiles.TableSpec[NotNegativePressure].model_validate(valid).points) == 2
 
 
 @pytest.mark.parametrize(
@@ -130,7 +132,7 @@ def test_numbers_are_no_truth_values_and_finite():
 def test_quantities_are_no_numbers():
     wrong: object
     for wrong in (3, 3.0, True, None, ["3 s"], {}, float("inf"), 10**400):
-        assert refused(schema.Time, end=wrong) == {"end"}
+        assert refused(schema.TimeSpec, end=wrong) == {"end"}
 
 
 def test_auto_or_a_positive_quantity():

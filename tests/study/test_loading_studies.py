@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from softsim.errors import SceneError
-from softsim.study.axes import Axis, Plot
+from softsim.study.axes import Plot, StudyAxis
 from softsim.study.cases import Source
 from softsim.study.factors import Interval
 from softsim.study.loading import describe, load_study, study_from
@@ -40,7 +40,7 @@ def load(folder):
 
 def test_a_study_has_axes_and_cases(load):
     study = load()
-    assert study.factors == (Axis("thick", "mm"), Axis("friction"))
+    assert study.factors == (StudyAxis("thick", "mm"), StudyAxis("friction"))
     assert [measure.column for measure in study.measures] == ["moved [mm]"]
     assert study.plots == (Plot("heat_map", "thick", "friction", colour="moved"),)
     assert study.goal is None and study.title == "study"
@@ -81,7 +81,7 @@ def test_scenes_variants_and_words_are_labels(load):
         "                   hard: {bodies.block.material: dragon_skin_30}}}\n"
         "  shown: {key: output.snapshot_field, values: [stretch, pressure]}\n",
     )
-    assert study.factors[0] == Axis("size", is_label=True, about="size")
+    assert study.factors[0] == StudyAxis("size", is_label=True, about="size")
     assert all(axis.is_label for axis in study.factors[:3])
     assert study.plots == tuple(Plot("scatter", name, "moved") for name in study.search_space)
     case = study.cases()[12]

@@ -16,13 +16,13 @@ from softsim.report.diagram import (
     MOST_NUMBERS,
     POINTS,
     STEPS,
-    Axis,
     Cells,
     Diagram,
-    Edge,
+    EdgeMarks,
     Panel,
+    PlotAxis,
+    PlotSeries,
     Scale,
-    Series,
     colour_scale,
     colours_of,
 )
@@ -166,14 +166,14 @@ def along(scale: Scale, room: int) -> Trace:
     return axis
 
 
-def vertical(axis: Axis) -> Trace:
+def vertical(axis: PlotAxis) -> Trace:
     """Return the vertical axis of a chart."""
     found = along(axis.scale, HIGH)
     found["title"] |= {"font": {"color": axis.colour}}
     return found | {"rangemode": "tozero" if axis.scale.from_zero else "normal"}
 
 
-def series_traces(series: Series, axis: str, panel: Panel) -> Iterator[Trace]:
+def series_traces(series: PlotSeries, axis: str, panel: Panel) -> Iterator[Trace]:
     """Yield single points, optionally in the colours of the panel, or a line over its band."""
     named = {"name": escape(series.name), "showlegend": panel.has_legend and bool(series.name)}
     crowded = len(series.x) > CROWD
@@ -200,7 +200,7 @@ def series_traces(series: Series, axis: str, panel: Panel) -> Iterator[Trace]:
     yield trace | named | mode | group | {"marker": marker, "line": look | shape, "yaxis": axis}
 
 
-def band_traces(x: np.ndarray, band: np.ndarray, series: Series, axis: str) -> Iterator[Trace]:
+def band_traces(x: np.ndarray, band: np.ndarray, series: PlotSeries, axis: str) -> Iterator[Trace]:
     """Yield the finite parts of a band (2, n) as areas."""
     lowest, highest = band
     for part in np.ma.clump_unmasked(np.ma.masked_invalid(lowest)):
@@ -212,7 +212,7 @@ def band_traces(x: np.ndarray, band: np.ndarray, series: Series, axis: str) -> I
         }  # fmt: skip
 
 
-def at_cases(series: Series) -> Trace:
+def at_cases(series: PlotSeries) -> Trace:
     """Return the points of a series with their cases.
 
     The page shows the case under the cursor, the `mean` of several if a point represents them,
@@ -224,9 +224,9 @@ def at_cases(series: Series) -> Trace:
     }  # fmt: skip
 
 
-def edge_trace(edge: Edge, axis: str) -> Trace:
+def edge_trace(edge: EdgeMarks, axis: str) -> Trace:
     """Return the marks along the lower edge, on an axis of their own."""
-    at = Series(edge.name, edge.x, np.full(len(edge.x), 0.02), cases=edge.cases)
+    at = PlotSeries(edge.name, edge.x, np.full(len(edge.x), 0.02), cases=edge.cases)
     marker = {"symbol": SYMBOLS[edge.marker], "size": 7, "color": edge.colour}
     look = {"marker": marker, "opacity": 0.7, "cliponaxis": False, "showlegend": True}
     return at_cases(at) | look | {"yaxis": axis, "name": edge.name}
@@ -284,12 +284,12 @@ def cell_traces(cells: Cells, z: Scale) -> Iterator[Trace]:
     yield mesh | ({"texttemplate": "%{text}"} if cells.values.size <= MOST_NUMBERS else {})
     j, i = np.nonzero(cells.failed)
     if len(i):
-        failed = Series("failed", cells.columns[i], cells.rows[j], cases=cells.cases[j, i])
+        failed = PlotSeries("failed", cells.columns[i], cells.rows[j], cases=cells.cases[j, i])
         marker = {"symbol": SYMBOLS["x"], "size": 9, "color": RED}
         yield at_cases(failed) | {"name": "failed", "showlegend": True, "marker": marker}
 
 
-def frame(cells: Cells, point: Series) -> Trace:
+def frame(cells: Cells, point: PlotSeries) -> Trace:
     """Return a frame around the cell of a point."""
     left, bottom, width, height = cells.around(point.x[0], point.y[0])
     across = [left, left + width, left + width, left, left]

@@ -95,7 +95,7 @@ Trace = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Part:
+class AnimatedTrace:
     """Trace of plotly.js with its positions in each frame.
 
     One position for a trace that does not move; none if the player makes them from those of the
@@ -115,7 +115,7 @@ class Part:
 
 def plane_parts(
     frames: Frames, chosen: np.ndarray, field: str, everywhere: np.ndarray
-) -> Iterator[Part]:
+) -> Iterator[AnimatedTrace]:
     """Yield the traces of a plane run, from back to front.
 
     These are walls, the lines that bodies follow, cables, rigid outlines and the colour bar;
@@ -125,39 +125,43 @@ def plane_parts(
     """
     picture = plane_picture(frames, list(chosen) if walls_move(frames, chosen) else [0], field)
     solids = [picture.solids(everywhere.T.ravel(), n) for n in range(len(picture.shots))]
-    yield Part(filled(WALL, QUIET), [path(part.outline for part in parts) for parts in solids])
-    yield Part(line(INK), [path(part.face for part in parts) for parts in solids])
-    yield Part(line(QUIET), [path(picture.centre_lines)])
+    yield AnimatedTrace(
+        filled(WALL, QUIET), [path(part.outline for part in parts) for parts in solids]
+    )
+    yield AnimatedTrace(line(INK), [path(part.face for part in parts) for parts in solids])
+    yield AnimatedTrace(line(QUIET), [path(picture.centre_lines)])
     if "cables" in frames.extra:
-        yield Part(line(INK, CABLE), [path(cables_at(frames, index)) for index in chosen])
+        yield AnimatedTrace(line(INK, CABLE), [path(cables_at(frames, index)) for index in chosen])
     outlines = [outlines_at(frames, index) for index in chosen]
     both_sides = is_axisymmetric(frames)
     if both_sides:
         outlines = [[*shown, *(mirrored(o) for o in shown)] for shown in outlines]
     closed = [[np.concatenate([o, o[:1]]) for o in shown] for shown in outlines]
-    yield Part(filled(FRAME, INK), [path(shown) for shown in closed])
-    yield Part(BAR)
+    yield AnimatedTrace(filled(FRAME, INK), [path(shown) for shown in closed])
+    yield AnimatedTrace(BAR)
     for shade in (*shades(SHADES), NO_VALUE):
-        yield Part(filled(shade, shade))
-    yield Part(line(INK))
+        yield AnimatedTrace(filled(shade, shade))
+    yield AnimatedTrace(line(INK))
     if "layers" in frames.described:
         layers = [layers_at(frames, index) for index in chosen]
-        yield Part(
+        yield AnimatedTrace(
             line(ORANGE, CABLE),
             [path([*edges, *(mirrored(edges) if both_sides else ())]) for edges in layers],
         )
     if "fibres" in frames.extra:
-        yield Part(line(INK), [path(fibres_at(frames, index)) for index in chosen])
+        yield AnimatedTrace(line(INK), [path(fibres_at(frames, index)) for index in chosen])
     yield from crosses(frames, chosen)
 
 
-def crosses(frames: Frames, chosen: np.ndarray) -> Iterator[Part]:
+def crosses(frames: Frames, chosen: np.ndarray) -> Iterator[AnimatedTrace]:
     """Yield the crosses of rigid bodies without a drawn outline, if any."""
     arms = [crosses_at(frames, index) for index in chosen]
     if len(arms[0]):
         d = frames.points.shape[1]
         kind, width = ("scatter", CABLE) if d == 2 else ("scatter3d", 2.0 * CABLE)
-        yield Part(line(INK, width) | {"type": kind}, [path(shown, d) for shown in arms], d == 3)
+        yield AnimatedTrace(
+            line(INK, width) | {"type": kind}, [path(shown, d) for shown in arms], d == 3
+        )
 
 
 def plane_layout(frames: Frames, field: str) -> Trace:
@@ -187,7 +191,7 @@ def walls_move(frames: Frames, chosen: np.ndarray) -> bool:
 
 def space_parts(
     frames: Frames, chosen: np.ndarray, everywhere: np.ndarray, shadows: int
-) -> Iterator[Part]:
+) -> Iterator[AnimatedTrace]:
     """Yield the traces of a run in space.
 
     These are walls at their initial positions and their edges, cables, fibres, layers, surfaces
@@ -202,27 +206,31 @@ def space_parts(
     }  # fmt: skip
     first = np.arange(0, len(corners), 3)
     walls = {"i": first, "j": first + 1, "k": first + 2, "color": QUIET, "opacity": SEE_THROUGH}
-    yield Part(look | walls, [xyz(corners.T)])
+    yield AnimatedTrace(look | walls, [xyz(corners.T)])
     in_space = {"type": "scatter3d"}
-    yield Part(line(QUIET, CABLE) | in_space, [path(rim(flat), 3)])
+    yield AnimatedTrace(line(QUIET, CABLE) | in_space, [path(rim(flat), 3)])
     if "cables" in frames.extra:
         cables = [path(cables_at(frames, index), 3) for index in chosen]
-        yield Part(line(INK, 2.0 * CABLE) | in_space, cables)
+        yield AnimatedTrace(line(INK, 2.0 * CABLE) | in_space, cables)
     if "fibres" in frames.extra:
         fibres = [path(fibres_at(frames, index), 3) for index in chosen]
-        yield Part(line(INK, CABLE) | in_space | {"opacity": FIBRE_OPACITY}, fibres, in_front=True)
+        yield AnimatedTrace(
+            line(INK, CABLE) | in_space | {"opacity": FIBRE_OPACITY}, fibres, in_front=True
+        )
     if "layers" in frames.described:
         layers = [path(layers_at(frames, index), 3) for index in chosen]
-        yield Part(line(ORANGE, 2.0 * CABLE) | in_space, layers, in_front=True)
+        yield AnimatedTrace(line(ORANGE, 2.0 * CABLE) | in_space, layers, in_front=True)
     rigid = [rigid_faces_at(frames, index) for index in chosen]
     if len(rigid[0][1]):
         corners = dict(zip("ijk", rigid[0][1].T, strict=True))
-        yield Part(look | corners | {"color": FRAME}, [xyz(v.T.round(3)) for v, _ in rigid])
+        yield AnimatedTrace(
+            look | corners | {"color": FRAME}, [xyz(v.T.round(3)) for v, _ in rigid]
+        )
     yield from crosses(frames, chosen)
-    yield Part(look | {"intensitymode": "cell", "coloraxis": "coloraxis"})
-    yield Part(look | {"color": NO_VALUE})
+    yield AnimatedTrace(look | {"intensitymode": "cell", "coloraxis": "coloraxis"})
+    yield AnimatedTrace(look | {"color": NO_VALUE})
     dark = {"color": SHADOW, "opacity": 1.0, "lighting": {"ambient": 1.0, "diffuse": 0.0}}
-    yield from [Part(look | dark)] * shadows
+    yield from [AnimatedTrace(look | dark)] * shadows
 
 
 def space_layout(outward: np.ndarray) -> Trace:
@@ -246,14 +254,14 @@ def space_layout(outward: np.ndarray) -> Trace:
     return {"scene": scene | axes, "margin": dict.fromkeys("lrtb", 0)}
 
 
-def ring(element: int, middles: np.ndarray) -> Part:
+def ring(element: int, middles: np.ndarray) -> AnimatedTrace:
     """Return a ring around a failed element, given its centre (f, d) [mm] in each frame."""
     look = {
         "type": "scatter" if middles.shape[1] == 2 else "scatter3d", "mode": "markers",
         "marker": {"symbol": "circle-open", "size": RING, "color": RED, "line": {"width": 3}},
         "hovertemplate": f"element {element}<extra></extra>", "showlegend": False,
     }  # fmt: skip
-    return Part(look, [xyz(middle[:, None].round(3)) for middle in middles])
+    return AnimatedTrace(look, [xyz(middle[:, None].round(3)) for middle in middles])
 
 
 def path(parts: Iterable[np.ndarray], d: int = 2) -> Trace:

@@ -46,14 +46,14 @@ ENDS = {"passed": GOOD, "stuck": BAD, "unfinished": OPEN}
 
 
 @dataclass(frozen=True)
-class Verdict:
+class RunVerdict:
     """Sentence on the result of a run; kind: good, bad or open."""
 
     kind: str
     words: str
 
 
-def verdicts(summary: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[Verdict]:
+def verdicts(summary: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[RunVerdict]:
     """Yield how the run ended, the verdict on a layout, and whether the run is as expected.
 
     A run with warnings has no verdict "good"; it is "open" instead.
@@ -67,7 +67,7 @@ def verdicts(summary: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[V
 
     Returns
     -------
-    iterator of Verdict
+    iterator of RunVerdict
     """
     status, failure = summary.get("status"), summary.get("failure")
     warned = len(summary.get("warnings", []))
@@ -75,21 +75,23 @@ def verdicts(summary: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[V
     if status == "done":
         took = f"{summary['simulated_time']:.4g} s in {duration(summary['wall_time'])}"
         doubt = f", with {counted(warned, 'warning')}" if warned else ""
-        yield Verdict(good, f"done{doubt}: simulated {took}")
+        yield RunVerdict(good, f"done{doubt}: simulated {took}")
     elif status == "aborted":
-        yield Verdict(BAD, f"aborted: {failure or 'by an error that is in run.log'}")
+        yield RunVerdict(BAD, f"aborted: {failure or 'by an error that is in run.log'}")
     elif status == "interrupted":
-        yield Verdict(OPEN, "interrupted: results up to the interruption; continue with --resume")
+        yield RunVerdict(
+            OPEN, "interrupted: results up to the interruption; continue with --resume"
+        )
     else:
-        yield Verdict(OPEN, "not finished: the run is still active, or was killed")
+        yield RunVerdict(OPEN, "not finished: the run is still active, or was killed")
     if "layout" in summary:
         kind = ENDS[summary["layout"]["verdict"]]
-        yield Verdict(good if kind == GOOD else kind, summary["layout"]["sentence"])
+        yield RunVerdict(good if kind == GOOD else kind, summary["layout"]["sentence"])
     expected = list(expectations(scene.get("expect") or {}))
     if status == "done" and failure is not None:
-        yield Verdict(BAD, failure)
+        yield RunVerdict(BAD, failure)
     elif status == "done" and expected:
-        yield Verdict(good, f"expectations of the scene met: {'; '.join(expected)}")
+        yield RunVerdict(good, f"expectations of the scene met: {'; '.join(expected)}")
 
 
 def expectations(expect: Mapping[str, Any]) -> Iterator[str]:
@@ -303,7 +305,7 @@ def write_steps_page(folder: Path) -> Path:
 def told(step: Mapping[str, Any], folder: Path, run: Recorded | None) -> dict[str, Any]:
     """Return the name of a step, its page if it has started, and how it ended."""
     if run is None:
-        return {"name": step["name"], "page": None, "verdicts": [Verdict(OPEN, "not begun")]}
+        return {"name": step["name"], "page": None, "verdicts": [RunVerdict(OPEN, "not begun")]}
     _, scene = resolved_scene(folder / step["folder"] / SCENE)
     page = f"{step['folder']}/{PAGE}"  # of letters, digits, _ and -
     said = list(verdicts(run.summary, scene))

@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 import polars
 
-from softsim.report.diagram import POINTS, Axis, Diagram, Panel, Scale, Series
+from softsim.report.diagram import POINTS, Diagram, Panel, PlotAxis, PlotSeries, Scale
 from softsim.report.study.findings import Findings, written, written_together
 from softsim.report.style import BLUE, INK, ORANGE, QUIET
-from softsim.study.axes import Axis as StudyAxis
-from softsim.study.axes import column
+from softsim.study.axes import StudyAxis, column
 from softsim.study.bisection import (
     FOUND,
     NOT_MONOTONE,
@@ -188,11 +187,11 @@ def _map(
     title = f"boundary of {findings.scale(sought.measure).title} over {x.title} and {y.title}"
     named = replace(x, title=f"{x.title}, {of}".strip(", ")) if of else x
     told = f"{sum(cell.found.state == FOUND for cell in cells)} of {len(cells)} boundaries found"
-    panel = Panel(Axis(y, series), height=1.5)
+    panel = Panel(PlotAxis(y, series), height=1.5)
     return Diagram(f"{title}; {of}".rstrip("; "), named, (panel,), told)
 
 
-def _line(sought: Bisection, cells: list[CellBoundary], places: np.ndarray) -> Series:
+def _line(sought: Bisection, cells: list[CellBoundary], places: np.ndarray) -> PlotSeries:
     """Return the boundary line with its bracket as band; NaN where no boundary is found."""
     band = np.array(
         [[getattr(cell.found, end) if cell.found.state == FOUND else np.nan for cell in cells]
@@ -200,7 +199,7 @@ def _line(sought: Bisection, cells: list[CellBoundary], places: np.ndarray) -> S
     )  # fmt: skip
     middle = np.array([sought.middle(*ends) if np.isfinite(ends[0]) else np.nan for ends in band.T])
     cases = np.array([cell.cases[cell.found.low] for cell in cells])
-    return Series(
+    return PlotSeries(
         "boundary with its bracket", places, middle, INK, "-", band, cases=cases,
         mean=sought.repeats > 1,
     )  # fmt: skip
@@ -208,7 +207,7 @@ def _line(sought: Bisection, cells: list[CellBoundary], places: np.ndarray) -> S
 
 def _levels(
     findings: Findings, sought: Bisection, cells: list[CellBoundary], places: np.ndarray
-) -> list[Series]:
+) -> list[PlotSeries]:
     """Return the levels that were run, one series for each answer."""
     name = findings.axis(sought.measure).name
     kinds = {
@@ -226,7 +225,7 @@ def _levels(
         ]
         if points:
             at_x, at_y, cases = np.array(points).T
-            found.append(Series(
+            found.append(PlotSeries(
                 words, at_x, at_y, colour, POINTS, cases=cases.astype(int), mean=sought.repeats > 1
             ))  # fmt: skip
     return found

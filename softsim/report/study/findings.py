@@ -13,7 +13,7 @@ import polars
 from softsim.errors import OutputError
 from softsim.output.folder import StudyRecord, read_study, read_table
 from softsim.report.diagram import Scale
-from softsim.study.axes import Axis
+from softsim.study.axes import StudyAxis
 from softsim.study.cases import DONE, FAILED, LOST
 from softsim.study.measures import MISMATCH
 
@@ -33,10 +33,10 @@ NUMBER = re.compile(r"[-+]?\d+(\.\d*)?")
 class AxisScale(Scale):
     """Scale of a factor or a measure: numbers at their values, labels at 0, 1, ..."""
 
-    axis: Axis
+    axis: StudyAxis
 
     @classmethod
-    def of(cls, axis: Axis, values: polars.Series) -> "AxisScale":
+    def of(cls, axis: StudyAxis, values: polars.Series) -> "AxisScale":
         """Return the scale for all values that the axis has in the table.
 
         Labels are in the order of the table, or sorted by the numbers at their beginning.
@@ -65,7 +65,7 @@ class AxisScale(Scale):
         return float(self.places(polars.Series([value]))[0])
 
 
-def title_of(axis: Axis) -> str:
+def title_of(axis: StudyAxis) -> str:
     """Return the title of an axis, such as "deflation rate [kPa/s]"."""
     words = axis.about or axis.name.replace("_", " ")
     return f"{words} [{axis.unit}]" if axis.unit else words
@@ -96,22 +96,22 @@ class Findings:
         return cls(read_study(folder), read_table(folder))
 
     @property
-    def factors(self) -> tuple[Axis, ...]:
+    def factors(self) -> tuple[StudyAxis, ...]:
         """Factors, whose values define a design point."""
         return self.record.factors
 
     @cached_property
-    def measures(self) -> tuple[Axis, ...]:
+    def measures(self) -> tuple[StudyAxis, ...]:
         """Measures, and the verdict if the layouts have one."""
         verdict = VERDICT in self.table.columns
-        return self.record.measures + (Axis(VERDICT, is_label=True),) * verdict
+        return self.record.measures + (StudyAxis(VERDICT, is_label=True),) * verdict
 
     @cached_property
-    def axes(self) -> dict[str, Axis]:
+    def axes(self) -> dict[str, StudyAxis]:
         """Factors and measures by name."""
         return {axis.name: axis for axis in (*self.factors, *self.measures)}
 
-    def axis(self, name: str) -> Axis:
+    def axis(self, name: str) -> StudyAxis:
         """Return the factor or measure `name`.
 
         Raises OutputError if there is none.
@@ -131,12 +131,12 @@ class Findings:
         axis = self.axis(name)
         return AxisScale.of(axis, self.table[axis.column])
 
-    def level_count(self, axis: Axis) -> int:
+    def level_count(self, axis: StudyAxis) -> int:
         """Return the number of different values of an axis in the table."""
         return self.table[axis.column].drop_nulls().n_unique()
 
     @cached_property
-    def varied(self) -> tuple[Axis, ...]:
+    def varied(self) -> tuple[StudyAxis, ...]:
         """Factors that have more than one level."""
         return tuple(factor for factor in self.factors if self.level_count(factor) > 1)
 
@@ -179,12 +179,12 @@ class Findings:
         return Best(row["case"], row[column], row)
 
 
-def usual(axis: Axis, values: polars.Expr) -> polars.Expr:
+def usual(axis: StudyAxis, values: polars.Expr) -> polars.Expr:
     """Return the mean of an axis's values, or the most frequent label."""
     return values.drop_nulls().mode().sort().first() if axis.is_label else values.mean()
 
 
-def written(axis: Axis, value: Any) -> str:
+def written(axis: StudyAxis, value: Any) -> str:
     """Return a value with its unit, such as "1.25 kPa/s"; a dash for None."""
     if value is None:
         return "–"
@@ -192,7 +192,7 @@ def written(axis: Axis, value: Any) -> str:
     return f"{number} {axis.unit}".rstrip()
 
 
-def written_together(axes: Iterable[Axis], values: Iterable[Any]) -> str:
+def written_together(axes: Iterable[StudyAxis], values: Iterable[Any]) -> str:
     """Return values of several factors, such as "pattern 3 rows, friction 0.5"."""
     pairs = zip(axes, values, strict=True)
     return ", ".join(f"{axis.name} {written(axis, value)}" for axis, value in pairs)

@@ -15,13 +15,13 @@ from softsim.report.diagram import (
     POINTS,
     STEPS,
     TALL,
-    Axis,
     Cells,
     Diagram,
-    Edge,
+    EdgeMarks,
     Panel,
+    PlotAxis,
+    PlotSeries,
     Scale,
-    Series,
     colours_of,
     shortened,
 )
@@ -40,8 +40,7 @@ from softsim.report.study.findings import (
     written,
 )
 from softsim.report.style import BLUE, COLOURS, ORANGE, QUIET, RED, SKY
-from softsim.study.axes import Axis as StudyAxis
-from softsim.study.axes import Goal, Plot
+from softsim.study.axes import Goal, Plot, StudyAxis
 from softsim.study.cases import FAILED, LOST, PRUNED
 
 # -------------------------------------------------------------------------------------------------
@@ -59,7 +58,7 @@ Level = float | str | None
 
 def lines(
     findings: Findings, x: AxisScale, y: AxisScale, by: StudyAxis | None
-) -> Iterator[tuple[Level, Series]]:
+) -> Iterator[tuple[Level, PlotSeries]]:
     """Yield the lines in the order of the table, each with its level of `by`.
 
     A line joins design points that differ in x alone; each combination of the other factors has
@@ -83,7 +82,7 @@ def lines(
             band = np.full((2, len(mean)), np.nan)
         places, cases = x.places(line[x.axis.column]), line["case"].to_numpy()
         several = bool((line[DONE_COUNT] > 1).any())
-        series = Series("", places, mean, band=band, cases=cases, mean=several)
+        series = PlotSeries("", places, mean, band=band, cases=cases, mean=several)
         yield key[0] if by else None, series
 
 
@@ -148,7 +147,7 @@ def remark(findings: Findings, x: StudyAxis, y: StudyAxis, by: StudyAxis | None)
 
 def curves(
     findings: Findings, x: AxisScale, y: AxisScale, by: StudyAxis | None
-) -> Iterator[Series]:  # fmt: skip
+) -> Iterator[PlotSeries]:  # fmt: skip
     """Yield the lines with their colours and names.
 
     Colours differ by level, or follow the colour bar if there is one; each level is named once.
@@ -163,7 +162,7 @@ def curves(
 
 
 def line_colours(
-    findings: Findings, found: list[tuple[Level, Series]], by: StudyAxis | None
+    findings: Findings, found: list[tuple[Level, PlotSeries]], by: StudyAxis | None
 ) -> list[str]:
     """Return a colour for each line."""
     if by is None:
@@ -231,7 +230,7 @@ def heat_map(findings: Findings, plot: Plot) -> Diagram:
     x, y = findings.scale(plot.x), findings.scale(plot.y)
     z = findings.scale(plot.colour or findings.measures[0].name)
     cells, best = cells_of(findings, x, y, z), best_point(findings, x, y)
-    panel = Panel(Axis(y), None, cells, (), best, (z, cells.values), TALL)
+    panel = Panel(PlotAxis(y), None, cells, (), best, (z, cells.values), TALL)
     title = f"{z.title} over {x.title} and {y.title}"
     return Diagram(title, x, (panel,), remark_on_cells(findings, x, y))
 
@@ -248,8 +247,8 @@ def progress(findings: Findings, goal: Goal) -> Diagram:
     y, done = findings.scale(goal.measure), findings.done.sort("case")
     trials, objective = TRIAL.places(done["case"]), y.places(done[y.axis.column])
     cases, so_far = done["case"].to_numpy(), best_so_far(objective, goal.sense)
-    each = Series("trial", trials, objective, SKY, POINTS, cases=cases)
-    best = Series("best so far", trials, so_far, ORANGE, STEPS, cases=cases)
+    each = PlotSeries("trial", trials, objective, SKY, POINTS, cases=cases)
+    best = PlotSeries("best so far", trials, so_far, ORANGE, STEPS, cases=cases)
     return _marked(findings, TRIAL, y, (each, best))
 
 
@@ -273,7 +272,7 @@ def best_so_far(objective: np.ndarray, sense: str) -> np.ndarray:
     return best.accumulate(objective)
 
 
-def best_point(findings: Findings, x: AxisScale, y: AxisScale) -> tuple[Series, ...]:
+def best_point(findings: Findings, x: AxisScale, y: AxisScale) -> tuple[PlotSeries, ...]:
     """Return the best design point as a series, if there is one."""
     best = findings.best
     if best is None:
@@ -282,7 +281,7 @@ def best_point(findings: Findings, x: AxisScale, y: AxisScale) -> tuple[Series, 
     several = best.values[DONE_COUNT] > 1
     cases = np.array([best.case])
     return (
-        Series(best_in_words(findings), at_x, at_y, RED, POINTS, cases=cases, mean=several),
+        PlotSeries(best_in_words(findings), at_x, at_y, RED, POINTS, cases=cases, mean=several),
     )  # fmt: skip
 
 
@@ -340,7 +339,7 @@ def _points(findings: Findings, x: AxisScale, y: AxisScale, z: AxisScale | None)
     """Return the diagram of the cases that are done, coloured by an axis z if there is one."""
     done = findings.done
     places = None if z is None else z.places(done[z.axis.column])
-    series = Series(
+    series = PlotSeries(
         "", x.places(done[x.axis.column]), y.places(done[y.axis.column]), BLUE, POINTS,
         shades=places, cases=done["case"].to_numpy(),
     )  # fmt: skip
@@ -349,23 +348,23 @@ def _points(findings: Findings, x: AxisScale, y: AxisScale, z: AxisScale | None)
 
 
 def _marked(
-    findings: Findings, x: AxisScale, y: AxisScale, series: tuple[Series, ...],
+    findings: Findings, x: AxisScale, y: AxisScale, series: tuple[PlotSeries, ...],
     colours: tuple[Scale, np.ndarray] | None = None, said: str = "",
 ) -> Diagram:  # fmt: skip
     """Return a diagram with the best point and the marks of cases without a result."""
     has_edge = x.axis in findings.factors or x is TRIAL
     edges = tuple(_edges(findings, x)) if has_edge else ()
     best = best_point(findings, x, y)
-    panel = Panel(Axis(y, series), None, None, edges, best, colours, TALL)
+    panel = Panel(PlotAxis(y, series), None, None, edges, best, colours, TALL)
     return Diagram(f"{y.title} over {x.title}", x, (panel,), said)
 
 
-def _edges(findings: Findings, x: AxisScale) -> Iterator[Edge]:
+def _edges(findings: Findings, x: AxisScale) -> Iterator[EdgeMarks]:
     for word, (statuses, marker, colour) in WITHOUT_RESULT.items():
         rows = findings.table.filter(polars.col("status").is_in(statuses))
         if rows.height:
             places, cases = x.places(rows[x.axis.column]), rows["case"].to_numpy()
-            yield Edge(f"{rows.height} {word}", marker, colour, places, cases)
+            yield EdgeMarks(f"{rows.height} {word}", marker, colour, places, cases)
 
 
 def _suited(findings: Findings, plot: Plot) -> Plot:
