@@ -12,7 +12,7 @@ import numpy as np
 
 from softsim.compute import backend
 from softsim.compute.mass_scaling import MassScaling
-from softsim.compute.term import Own, alike
+from softsim.compute.term import PerScenario, equal_but_per_scenario
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.simple_walls import Cylinder, Sphere
 from softsim.contact.wall import Wall
@@ -47,11 +47,11 @@ class Body:
     points: np.ndarray
     cells: np.ndarray
     regions: tuple[Region, ...]
-    node_sets: Own[dict[str, np.ndarray]]
-    facet_sets: Own[dict[str, np.ndarray]]
-    cell_sets: Own[dict[str, np.ndarray]]
-    remarks: Own[tuple[str, ...]]
-    not_read: Own[tuple[str, ...]]
+    node_sets: PerScenario[dict[str, np.ndarray]]
+    facet_sets: PerScenario[dict[str, np.ndarray]]
+    cell_sets: PerScenario[dict[str, np.ndarray]]
+    remarks: PerScenario[tuple[str, ...]]
+    not_read: PerScenario[tuple[str, ...]]
 
     @property
     def nodes(self) -> slice:
@@ -103,8 +103,8 @@ class ContactData:
     tangential_stiffness: np.ndarray
     damping: np.ndarray
     tangential_damping: np.ndarray
-    effective_mass: Own[np.ndarray]
-    friction_coefficient: Own[float]
+    effective_mass: PerScenario[np.ndarray]
+    friction_coefficient: PerScenario[float]
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ class SelfContactData:
     tangential_damping_fraction: float
     point_group: np.ndarray
     may_touch: np.ndarray
-    friction_coefficient: Own[np.ndarray]
+    friction_coefficient: PerScenario[np.ndarray]
 
     @property
     def facet_size(self) -> np.ndarray:
@@ -329,7 +329,7 @@ class Model:
     layers: tuple[Layer, ...]
     fibres: tuple[Fibre, ...]
     points: np.ndarray
-    velocity: Own[np.ndarray]
+    velocity: PerScenario[np.ndarray]
     mass: np.ndarray
     is_free: np.ndarray
     ties: Ties
@@ -337,29 +337,29 @@ class Model:
     outlines: tuple[OutlineData, ...]
     walls: tuple[Wall, ...]
     contact: ContactData
-    friction_memory: Own[float]
-    friction_slip_length: Own[float]
+    friction_memory: PerScenario[float]
+    friction_slip_length: PerScenario[float]
     self_contact: SelfContactData | None
     corners: CornerData | None
     loads: tuple[Load, ...]
-    load_names: Own[tuple[str, ...]]
-    probes: Own[tuple[Probe, ...]]
-    gravity: Own[np.ndarray]
-    starting_gravity: Own[np.ndarray]
-    robot: Own[Robot]
-    start_time: Own[float]
-    end_time: Own[float]
-    cycles: Own[int | None]
-    time_increment: Own[float | None]
-    safety_factor: Own[float]
-    least_step: Own[float]
+    load_names: PerScenario[tuple[str, ...]]
+    probes: PerScenario[tuple[Probe, ...]]
+    gravity: PerScenario[np.ndarray]
+    starting_gravity: PerScenario[np.ndarray]
+    robot: PerScenario[Robot]
+    start_time: PerScenario[float]
+    end_time: PerScenario[float]
+    cycles: PerScenario[int | None]
+    time_increment: PerScenario[float | None]
+    safety_factor: PerScenario[float]
+    least_step: PerScenario[float]
     bulk_viscosity: float
     mass_scaling: MassScaling | None
-    energy_error_limit: Own[float]
+    energy_error_limit: PerScenario[float]
     relaxation: Relaxation | None
     settling: Relaxation | None
-    passage: Own[Passage | None]
-    crossing: Own[Crossing | None]
+    passage: PerScenario[Passage | None]
+    crossing: PerScenario[Crossing | None]
 
     @property
     def dimension(self) -> int:
@@ -433,4 +433,4 @@ class Model:
         Models of a static procedure cannot, because each ends at its own time.
         """
         dynamic = self.relaxation is None and other.relaxation is None
-        return dynamic and alike(self, other)
+        return dynamic and equal_but_per_scenario(self, other)

@@ -29,12 +29,12 @@ def drag_load(coefficients):
 
     from softsim.compute import backend
     from softsim.compute.fields import once, real_field
-    from softsim.compute.term import Own, Term
+    from softsim.compute.term import PerScenario, Term
     from softsim.loads.load import Load
 
     @dataclasses.dataclass(frozen=True, eq=False)
     class Drag(Load):
-        coefficient: Own[float]
+        coefficient: PerScenario[float]
         columns: ClassVar[dict[str, str]] = {"drag": "N"}
 
         def term(self, alike, nodes, rigid_bodies):

@@ -27,7 +27,7 @@ PIPE = "pipe"
 # Angle [rad] about the direction of travel, from the left, by the side that a branch leaves to.
 SIDES = {"left": 0.0, "right": np.pi}
 # Diameters and lengths that differ by less are the same: rounding of units.
-ALIKE = 1e-9
+SAME_LENGTH = 1e-9
 LENGTHS = ("straight", "radius", "taper", "to", "step", "tee", "cross", "fillet", "diameter")
 # A pipe is at most so many times as long as it is wide at its start, and may widen by as much.
 LARGEST_RATIO = 1e5
@@ -220,7 +220,7 @@ def fork(names: Names, keys: Keys, item: TeeItem | CrossItem, diameter: float) -
     goes_on = not ends_in_a_tee([item])
     to = diameter if item.to is None else item.to
     run, branch = (diameter, to) if goes_on else (to, diameter)
-    if branch > run + ALIKE:
+    if branch > run + SAME_LENGTH:
         raise names.loaded.error(
             (*keys, "to"),
             f"a pipe {in_words(branch)} wide does not fit a pipe {in_words(run)} wide: it would "
@@ -242,7 +242,7 @@ def refuse_short_forks(names: Names, keys: Keys, wall: PipePathWall, network: Pi
     junctions = pipe_layout.junctions_by_item(network)
     for number, length in lengths.items():
         reach = junctions[number].reach
-        if length < reach - ALIKE:
+        if length < reach - SAME_LENGTH:
             at = key_of_item(wall, number)
             raise names.loaded.error(
                 (*keys, *at),
@@ -294,7 +294,7 @@ def refuse_wrong_diameters(
 ) -> None:
     """Raise SceneError if an item states another diameter than that at which the last one ended."""
     for k, (item, diameter) in enumerate(along):
-        if item.diameter is not None and abs(item.diameter - diameter) > ALIKE:
+        if item.diameter is not None and abs(item.diameter - diameter) > SAME_LENGTH:
             raise names.loaded.error(
                 (*keys, k, "diameter"),
                 f"the pipe is {in_words(diameter)} wide at the start of this item, not "
@@ -310,7 +310,7 @@ def refuse_tight_bends(names: Names, keys: Keys, wall: PipePathWall, network: Pi
     """
     for segment in (segment for branch in network.branches for segment in branch.path.segments):
         least = segment.radii[0]
-        if segment.bend_radius <= least + ALIKE:
+        if segment.bend_radius <= least + SAME_LENGTH:
             raise names.loaded.error(
                 (*keys, *key_of_item(wall, segment.item), "radius"),
                 f"a bend of radius {in_words(segment.bend_radius)} is too tight for a pipe "

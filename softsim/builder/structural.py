@@ -26,9 +26,9 @@ from softsim.scene.text import Keys
 # -------------------------------------------------------------------------------------------------
 # Places in bodies: the elements around them, and how far outside they may lie.
 
-# Of the mean side of the surface's facets: how far outside a place may lie where the scene says
-# nothing.
-EMBEDDING_TOLERANCE = 0.05
+# Default distance from the surface that a place or a tied node may have, over the mean side of its
+# facets.
+SURFACE_TOLERANCE = 0.05
 
 
 def refuse_all_around(names: Names, what: str, keys: Keys) -> None:
@@ -46,7 +46,7 @@ def usual_tolerance(body: MeshedBody) -> float:
     """Return the default tolerance [m]: how far outside of a body a place may lie."""
     facets, points = body.mesh.facet_sets[SURFACE], body.mesh.points
     sides = side_lengths(points, facets)
-    return EMBEDDING_TOLERANCE * float(sides[sides > 0.0].mean())
+    return SURFACE_TOLERANCE * float(sides[sides > 0.0].mean())
 
 
 def in_bodies(
@@ -312,8 +312,6 @@ def refuse_axis(
 # -------------------------------------------------------------------------------------------------
 # Ties of nodes to facets: the place of each node on its facet, and checks.
 
-# Of the mean side of the facets: how far off them a node may lie where the scene says nothing.
-TIE_TOLERANCE = 0.05
 # Of the model's size: a node that is moved by less was there already.
 ROUND_OFF = 1e-12
 # A corner with less weight carries nothing.
@@ -402,7 +400,7 @@ def refuse_far_nodes(
     apart = points[nodes] - places
     distance = np.linalg.norm(apart, axis=1)
     sides = side_lengths(points, facets)
-    usual = TIE_TOLERANCE * float(sides[sides > 0.0].mean())
+    usual = SURFACE_TOLERANCE * float(sides[sides > 0.0].mean())
     tolerance = usual if data.tolerance is None else data.tolerance
     far = np.flatnonzero(distance > tolerance)
     if not len(far):

@@ -134,36 +134,38 @@ class WorkingTerm(Term):
 # Per-scenario and shared data of a batch of scenarios.
 #
 # A solver takes mesh, masses, materials, contact stiffnesses and the places of loads from the first
-# of its models. Dataclass fields of a type `Own[...]` are stored for each scenario.
+# of its models. Dataclass fields of a type `PerScenario[...]` are stored for each scenario.
 
 T = TypeVar("T")
 
-OWN = "own"
+PER_SCENARIO = "own"
 
-Own = Annotated[T, OWN]
+PerScenario = Annotated[T, PER_SCENARIO]
 """Type of per-scenario data."""
 
 
-def alike(one: Any, other: Any) -> bool:
+def equal_but_per_scenario(one: Any, other: Any) -> bool:
     """Return True if two parts of models are equal except for per-scenario data."""
     if type(one) is not type(other):
         return False
     if isinstance(one, np.ndarray):
         return np.array_equal(one, other)
     if isinstance(one, tuple):
-        return len(one) == len(other) and all(map(alike, one, other))
+        return len(one) == len(other) and all(map(equal_but_per_scenario, one, other))
     if is_dataclass(one):
-        shared = [f.name for f in data_fields(one) if not is_own(f)]
-        return all(alike(getattr(one, name), getattr(other, name)) for name in shared)
+        shared = [f.name for f in data_fields(one) if not is_per_scenario(f)]
+        return all(
+            equal_but_per_scenario(getattr(one, name), getattr(other, name)) for name in shared
+        )
     return bool(one == other)
 
 
-def is_own(field: Field[Any]) -> bool:
+def is_per_scenario(field: Field[Any]) -> bool:
     """Return True if a dataclass field is per-scenario data."""
-    return get_origin(field.type) is Annotated and OWN in get_args(field.type)
+    return get_origin(field.type) is Annotated and PER_SCENARIO in get_args(field.type)
 
 
-def compiles_alike(one: Any, other: Any) -> bool:
+def shares_kernels(one: Any, other: Any) -> bool:
     """Return True if kernels that were compiled for one object of a solver serve the other as well.
 
     Numbers, texts and lengths of lists that a kernel reads from objects of the solver are compiled
@@ -182,7 +184,7 @@ def _compiles_alike(one: Any, other: Any, compared: set[int]) -> bool:
         return True
     compared.add(id(one))
     if is_dataclass(one):
-        return alike(one, other)
+        return equal_but_per_scenario(one, other)
     if isinstance(one, list | tuple):
         pairs = zip(one, other, strict=False)
         return len(one) == len(other) and all(_compiles_alike(*pair, compared) for pair in pairs)

@@ -22,7 +22,7 @@ from scipy.ndimage import distance_transform_edt
 
 from softsim.compute import backend
 from softsim.compute.fields import index_field, real_field, vector_field
-from softsim.compute.term import Own
+from softsim.compute.term import PerScenario
 from softsim.contact.wall import Obstacle, Wall
 from softsim.errors import MeshError
 
@@ -154,11 +154,11 @@ class DistanceGrid(Wall):
     remains solid. picture: arrays that `drawn` returns.
     """
 
-    name: Own[str]
-    origin: Own[np.ndarray]
-    spacing: Own[float]
-    values: Own[np.ndarray]
-    picture: Own[dict[str, np.ndarray]]
+    name: PerScenario[str]
+    origin: PerScenario[np.ndarray]
+    spacing: PerScenario[float]
+    values: PerScenario[np.ndarray]
+    picture: PerScenario[dict[str, np.ndarray]]
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ import taichi as ti
 
 from softsim.compute import backend
 from softsim.compute.fields import index_field, padded, real_field, vector_field
-from softsim.compute.term import Own
+from softsim.compute.term import PerScenario
 from softsim.contact.junction import Junction, RoundedEdges
 from softsim.contact.pipe_path import BEND, FACE, PipePath, Segment
 from softsim.contact.wall import Obstacle, Wall
@@ -277,9 +277,9 @@ class PipeNetwork(Wall):
     branches: pipes, the first of which is that of the start. junctions: their junctions.
     """
 
-    name: Own[str]
-    branches: Own[tuple[Branch, ...]]
-    junctions: Own[tuple[Junction, ...]]
+    name: PerScenario[str]
+    branches: PerScenario[tuple[Branch, ...]]
+    junctions: PerScenario[tuple[Junction, ...]]
 
     @classmethod
     def of_one(cls, path: PipePath) -> "PipeNetwork":

@@ -17,7 +17,7 @@ import taichi as ti
 
 from softsim.compute import backend
 from softsim.compute.fields import index_field, real_field, vector_field
-from softsim.compute.term import Own
+from softsim.compute.term import PerScenario
 from softsim.contact.wall import Obstacle, Wall
 from softsim.errors import MeshError
 
@@ -33,7 +33,7 @@ class Polyline:
     one only give its direction there, see `prolonged`.
     """
 
-    points: Own[np.ndarray]
+    points: PerScenario[np.ndarray]
     closed: bool
 
     @cached_property
@@ -514,9 +514,9 @@ class PolylineWall(Wall):
     drawn; None in the plane.
     """
 
-    name: Own[str]
+    name: PerScenario[str]
     polyline: Polyline
-    across: Own[tuple[float, float] | None]
+    across: PerScenario[tuple[float, float] | None]
 
     @property
     def names(self) -> tuple[str, ...]:

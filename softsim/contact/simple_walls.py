@@ -8,7 +8,7 @@ import taichi as ti
 
 from softsim.compute import backend
 from softsim.compute.fields import real_field, vector_field
-from softsim.compute.term import Own
+from softsim.compute.term import PerScenario
 from softsim.contact.wall import Obstacle, Wall
 
 
@@ -21,8 +21,8 @@ class HalfSpaces(Wall):
     """
 
     surfaces: tuple[str, ...]
-    points: Own[np.ndarray]
-    normals: Own[np.ndarray]
+    points: PerScenario[np.ndarray]
+    normals: PerScenario[np.ndarray]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -77,8 +77,8 @@ class FlatObstacle(Obstacle):
 # -------------------------------------------------------------------------------------------------
 # Capped cylinders, free outside; in a section rectangles.
 
-CYLINDER_MERIDIANS = 48
-"""Number of faces around the axis in the drawing of a cylinder."""
+MERIDIANS = 48
+"""Number of faces around the axis in the drawing of a cylinder or a ball."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +88,11 @@ class Cylinder(Wall):
     `half_length` and `radius` in [m]; in a half section the axis is y.
     """
 
-    name: Own[str]
-    centre: Own[np.ndarray]
+    name: PerScenario[str]
+    centre: PerScenario[np.ndarray]
     axis: int
-    half_length: Own[float]
-    radius: Own[float]
+    half_length: PerScenario[float]
+    radius: PerScenario[float]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -118,12 +118,10 @@ class Cylinder(Wall):
             half[self.axis] = self.half_length
             corners = self.centre + half * np.array([[-1, -1], [-1, 1], [1, 1], [1, -1]])
             return {"wall_lines": np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)}
-        angles = np.linspace(0.0, 2.0 * np.pi, CYLINDER_MERIDIANS + 1)
+        angles = np.linspace(0.0, 2.0 * np.pi, MERIDIANS + 1)
         across = self.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        along = np.repeat(
-            self.half_length * np.array([-1.0, -1.0, 1.0, 1.0]), CYLINDER_MERIDIANS + 1
-        )
-        places = np.zeros((4, CYLINDER_MERIDIANS + 1, 3))
+        along = np.repeat(self.half_length * np.array([-1.0, -1.0, 1.0, 1.0]), MERIDIANS + 1)
+        places = np.zeros((4, MERIDIANS + 1, 3))
         places[1:3, :, [(self.axis + 1) % 3, (self.axis + 2) % 3]] = across
         places[..., self.axis] = along.reshape(4, -1)
         places += self.centre
@@ -175,9 +173,9 @@ class RoundPipes(Wall):
     """
 
     surfaces: tuple[str, ...]
-    points: Own[np.ndarray]
-    axes: Own[np.ndarray]
-    radii: Own[np.ndarray]
+    points: PerScenario[np.ndarray]
+    axes: PerScenario[np.ndarray]
+    radii: PerScenario[np.ndarray]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -224,17 +222,17 @@ class RoundObstacle(Obstacle):
 # -------------------------------------------------------------------------------------------------
 # Balls, free outside; in a section discs, in a half section balls on the axis.
 
-PARALLELS, MERIDIANS = 24, 48
-"""Number of faces of the drawing of a ball, from pole to pole and around."""
+PARALLELS = 24
+"""Number of faces from pole to pole in the drawing of a ball."""
 
 
 @dataclass(frozen=True)
 class Sphere(Wall):
     """Ball `name` about `centre` (d,) [m] with a radius [m]."""
 
-    name: Own[str]
-    centre: Own[np.ndarray]
-    radius: Own[float]
+    name: PerScenario[str]
+    centre: PerScenario[np.ndarray]
+    radius: PerScenario[float]
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ import taichi as ti
 
 from softsim.compute import backend
 from softsim.compute.fields import real_field
-from softsim.compute.term import Own, Pass, Stage
+from softsim.compute.term import Pass, PerScenario, Stage
 
 # -------------------------------------------------------------------------------------------------
 # Axes in which a wall or an outline is at rest, as contact needs them: here those of space.
@@ -182,9 +182,9 @@ class FittedWall(Wall):
     """
 
     wall: Wall
-    overlap: Own[np.ndarray]
-    begin: Own[float]
-    duration: Own[float]
+    overlap: PerScenario[np.ndarray]
+    begin: PerScenario[float]
+    duration: PerScenario[float]
 
     @property
     def names(self) -> tuple[str, ...]:

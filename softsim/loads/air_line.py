@@ -36,7 +36,7 @@ import taichi as ti
 
 from softsim.compute import backend, fields
 from softsim.compute.fields import real_field
-from softsim.compute.term import Own
+from softsim.compute.term import PerScenario
 from softsim.errors import StabilityError
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.pressure_control import Command
@@ -82,17 +82,17 @@ class AirLine:
     """
 
     course: Course
-    initial_volume: Own[float]
-    volume_ratio: Own[float]
-    side_volume: Own[float]
-    line_volume: Own[float]
-    specific_energy: Own[float]
-    ambient_pressure: Own[float]
-    tube: Own[Tube]
-    valve: Own[float]
-    pump_flow: Own[float]
-    stall: Own[float]
-    band: Own[float]
+    initial_volume: PerScenario[float]
+    volume_ratio: PerScenario[float]
+    side_volume: PerScenario[float]
+    line_volume: PerScenario[float]
+    specific_energy: PerScenario[float]
+    ambient_pressure: PerScenario[float]
+    tube: PerScenario[Tube]
+    valve: PerScenario[float]
+    pump_flow: PerScenario[float]
+    stall: PerScenario[float]
+    band: PerScenario[float]
 
     asks_volume = True
     thinning_advice = (

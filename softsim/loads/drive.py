@@ -20,7 +20,7 @@ import taichi as ti
 
 from softsim.compute import fields
 from softsim.compute.fields import real_field
-from softsim.compute.term import Own
+from softsim.compute.term import PerScenario
 from softsim.loads.pressure_control import Command, EventCycles
 from softsim.loads.profile import Cycle, Profile, ProfileTable, cycles_of
 
@@ -54,7 +54,7 @@ class _Immediate:
 class _Scheduled(_Immediate):
     """Pressure source whose time history is known in advance."""
 
-    profile: Own[Profile]
+    profile: PerScenario[Profile]
 
     stiffens: ClassVar[bool] = False
     """True if the stiffness of the chamber increases with the value of its profile."""
@@ -95,7 +95,7 @@ class GivenPressure(_Scheduled):
     [Pa over s].
     """
 
-    section_profile: Own[Profile]
+    section_profile: PerScenario[Profile]
 
     asks_volume = False
     thinning_advice = BALLOONING
@@ -156,8 +156,8 @@ class AddedVolume(_Scheduled):
     initial_volume: V_0 [m^3].
     """
 
-    initial_volume: Own[float]
-    bulk_modulus: Own[float]
+    initial_volume: PerScenario[float]
+    bulk_modulus: PerScenario[float]
 
     ambient_pressure: ClassVar[float] = ATMOSPHERE
     asks_volume = True
@@ -221,10 +221,10 @@ class AddedGas(_Scheduled):
     ambient_pressure [Pa].
     """
 
-    initial_volume: Own[float]
-    side_volume: Own[float]
-    specific_energy: Own[float]
-    ambient_pressure: Own[float]
+    initial_volume: PerScenario[float]
+    side_volume: PerScenario[float]
+    specific_energy: PerScenario[float]
+    ambient_pressure: PerScenario[float]
 
     asks_volume = True
     stiffens = True
@@ -292,7 +292,7 @@ class AddedGasSource:
 class ControlledPressure(_Immediate):
     """Pressure on the facets that follows commands; see loads/pressure_control.py."""
 
-    settings: Own[EventCycles]
+    settings: PerScenario[EventCycles]
 
     asks_volume = False
     thinning_advice = BALLOONING

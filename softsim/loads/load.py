@@ -33,8 +33,8 @@ class RigidSpring:
 class Load(ABC):
     """Load of one scenario.
 
-    Fields that are not marked `Own` (softsim/compute/term.py) are equal in all scenarios of a
-    solver. A load without a spring or a time history keeps the default methods.
+    Fields that are not marked `PerScenario` (softsim/compute/term.py) are equal in all scenarios of
+    a solver. A load without a spring or a time history keeps the default methods.
     """
 
     @property

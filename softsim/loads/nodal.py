@@ -9,7 +9,7 @@ import taichi as ti
 from softsim.compute import backend
 from softsim.compute.fields import index_field, once, real_field, vector_field
 from softsim.compute.nodes import Nodes
-from softsim.compute.term import Own, Pass, Stage, Term, WorkingTerm
+from softsim.compute.term import Pass, PerScenario, Stage, Term, WorkingTerm
 from softsim.loads.load import Load
 from softsim.loads.profile import Profile, ProfileTable
 from softsim.rigid.frame import RigidBodies
@@ -20,8 +20,8 @@ class NodalForce(Load):
     """Forces `forces` (k, d) [N] on `nodes` (k,), times the factor `share` over time."""
 
     nodes: np.ndarray
-    forces: Own[np.ndarray]
-    share: Own[Profile]
+    forces: PerScenario[np.ndarray]
+    share: PerScenario[Profile]
 
     def term(
         self, alike: Sequence["NodalForce"], nodes: Nodes, rigid_bodies: RigidBodies
@@ -91,7 +91,7 @@ class AxialRelief(Load):
     """Relief of rigid body number `body` from the weight of `mass` [kg] along its own x axis."""
 
     body: int
-    mass: Own[float]
+    mass: PerScenario[float]
 
     def term(
         self, alike: Sequence["AxialRelief"], nodes: Nodes, rigid_bodies: RigidBodies
@@ -136,8 +136,8 @@ class AxialReliefTerm(Term):
 class RisingGravity(Load):
     """Gravity `full` (d,) [m/s^2] times the factor `share` over time."""
 
-    full: Own[np.ndarray]
-    share: Own[Profile]
+    full: PerScenario[np.ndarray]
+    share: PerScenario[Profile]
 
     def term(
         self, alike: Sequence["RisingGravity"], nodes: Nodes, rigid_bodies: RigidBodies
@@ -229,8 +229,8 @@ class RigidForce(Load):
     """Force (d,) [N] times `share` at the centre of mass of rigid body number `body`."""
 
     body: int
-    force: Own[np.ndarray]
-    share: Own[Profile]
+    force: PerScenario[np.ndarray]
+    share: PerScenario[Profile]
 
     def term(
         self, alike: Sequence["RigidForce"], nodes: Nodes, rigid_bodies: RigidBodies

@@ -9,7 +9,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, once, real_field
 from softsim.compute.nodes import Nodes
-from softsim.compute.term import Own, Pass, Stage, Term, WorkingTerm
+from softsim.compute.term import Pass, PerScenario, Stage, Term, WorkingTerm
 from softsim.contact.forces import NodalForces
 from softsim.contact.wall import FixedFrame, Obstacle, Wall
 from softsim.loads.load import Load
@@ -23,7 +23,7 @@ class PrescribedMotion(Load):
 
     nodes: np.ndarray
     axis: int
-    profile: Own[Profile]
+    profile: PerScenario[Profile]
 
     def term(
         self, alike: Sequence["PrescribedMotion"], nodes: Nodes, rigid_bodies: RigidBodies
@@ -89,7 +89,7 @@ class RigidMotion(Load):
 
     body: int
     axis: int
-    profile: Own[Profile]
+    profile: PerScenario[Profile]
 
     @property
     def columns(self) -> dict[str, str]:
@@ -172,7 +172,7 @@ class MovingWall(Wall):
 
     wall: Wall
     axis: int
-    displacement: Own[Profile]
+    displacement: PerScenario[Profile]
 
     @property
     def names(self) -> tuple[str, ...]:

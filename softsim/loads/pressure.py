@@ -15,7 +15,7 @@ import taichi as ti
 from softsim.compute import backend
 from softsim.compute.fields import index_field, real_field
 from softsim.compute.nodes import PARTS, Nodes, parts_of
-from softsim.compute.term import Own, Pass, Stage, WorkingTerm
+from softsim.compute.term import Pass, PerScenario, Stage, WorkingTerm
 from softsim.elements.geometry import Facets, Geometry
 from softsim.loads.air_line import AirLine
 from softsim.loads.drive import AddedGas, AddedVolume, ControlledPressure, Scheduled
@@ -37,13 +37,13 @@ class FollowerPressure(Load):
     that closes the chamber, or None. geometry: of the facets. area: of the facets at rest [m^2].
     """
 
-    name: Own[str]
+    name: PerScenario[str]
     facets: np.ndarray
     lids: np.ndarray
     geometry: Geometry
     drive: Drive
     body: int | None
-    area: Own[float]
+    area: PerScenario[float]
 
     def term(
         self, alike: Sequence["FollowerPressure"], nodes: Nodes, rigid_bodies: RigidBodies

@@ -6,7 +6,7 @@ import numpy as np
 import taichi as ti
 
 from softsim.compute.fields import index_field, real_field, shape_of, write_row
-from softsim.compute.term import Own
+from softsim.compute.term import PerScenario
 from softsim.errors import SimulationError
 
 # Points a time constant on an exponential: the chord is off by at most 1/(8 n^2), 2e-5 of it.
@@ -25,8 +25,8 @@ CHORD_ERROR = 1e-5
 class Profile:
     """Piecewise linear function of time: increasing times [s] and the values there."""
 
-    times: Own[np.ndarray]
-    values: Own[np.ndarray]
+    times: PerScenario[np.ndarray]
+    values: PerScenario[np.ndarray]
 
     def at(self, t: float | np.ndarray) -> np.ndarray:
         """Return the value at time t [s]."""

@@ -29,7 +29,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import Number, index_field, once, real_field, vector_field
 from softsim.compute.nodes import Nodes
-from softsim.compute.term import Own, Pass, Stage, WorkingTerm
+from softsim.compute.term import Pass, PerScenario, Stage, WorkingTerm
 from softsim.loads.load import Load
 from softsim.loads.profile import Profile, ProfileTable
 from softsim.rigid.frame import RigidBodies
@@ -48,11 +48,11 @@ class PulledCable(Load):
     name: str
     corners: np.ndarray
     weights: np.ndarray
-    anchors: Own[np.ndarray]
-    rest_length: Own[float]
-    stiffness: Own[float]
-    pull: Own[Profile]
-    tension: Own[Profile]
+    anchors: PerScenario[np.ndarray]
+    rest_length: PerScenario[float]
+    stiffness: PerScenario[float]
+    pull: PerScenario[Profile]
+    tension: PerScenario[Profile]
 
     @property
     def columns(self) -> dict[str, str]:

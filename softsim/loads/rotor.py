@@ -23,7 +23,7 @@ import taichi as ti
 from softsim.compute import backend
 from softsim.compute.fields import real_field, vector_field, write_row
 from softsim.compute.nodes import Nodes
-from softsim.compute.term import Own, Term
+from softsim.compute.term import PerScenario, Term
 from softsim.loads.load import Load
 from softsim.rigid.frame import RigidBodies
 
@@ -35,12 +35,12 @@ class RotorForce:
     frequency [Hz], spin_up [s]; phase: the angle [rad] at `start` [s], where the rotation begins.
     """
 
-    cosine: Own[np.ndarray]
-    sine: Own[np.ndarray]
-    frequency: Own[float]
-    spin_up: Own[float]
-    phase: Own[float]
-    start: Own[float] = 0.0
+    cosine: PerScenario[np.ndarray]
+    sine: PerScenario[np.ndarray]
+    frequency: PerScenario[float]
+    spin_up: PerScenario[float]
+    phase: PerScenario[float]
+    start: PerScenario[float] = 0.0
 
     def turned(self, t: float) -> float:
         """Return the time [s] at full speed that gives the rotation reached at t [s]."""

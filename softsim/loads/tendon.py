@@ -15,7 +15,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import once, real_field, vector_field
 from softsim.compute.nodes import Nodes
-from softsim.compute.term import Own, Term
+from softsim.compute.term import PerScenario, Term
 from softsim.loads.load import Load, RigidSpring
 from softsim.rigid.frame import RigidBodies
 
@@ -29,9 +29,9 @@ class Tendon(Load):
     """
 
     body: int
-    stiffness: Own[float]
-    direction: Own[np.ndarray]
-    slack: Own[float]
+    stiffness: PerScenario[float]
+    direction: PerScenario[np.ndarray]
+    slack: PerScenario[float]
 
     @property
     def columns(self) -> dict[str, str]:

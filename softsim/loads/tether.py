@@ -23,7 +23,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import Number, once, real_field, vector_field
 from softsim.compute.nodes import Nodes
-from softsim.compute.term import Own, Pass, Stage, Term
+from softsim.compute.term import Pass, PerScenario, Stage, Term
 from softsim.loads.load import Load, RigidSpring
 from softsim.rigid.frame import RigidBodies
 
@@ -68,11 +68,11 @@ class Tether(Load):
     """
 
     body: int
-    point: Own[np.ndarray]
-    stiffness: Own[float]
-    drag: Own[float]
-    carried_mass: Own[float]
-    turning_stiffness: Own[np.ndarray]
+    point: PerScenario[np.ndarray]
+    stiffness: PerScenario[float]
+    drag: PerScenario[float]
+    carried_mass: PerScenario[float]
+    turning_stiffness: PerScenario[np.ndarray]
 
     @property
     def columns(self) -> dict[str, str]:
@@ -246,8 +246,8 @@ class EndDrag(Load):
     end: int
     place: np.ndarray
     axis: np.ndarray
-    stiffness: Own[float]
-    drag: Own[float]
+    stiffness: PerScenario[float]
+    drag: PerScenario[float]
 
     @property
     def largest_force(self) -> float:

@@ -29,7 +29,7 @@ from softsim.reach.tension import (
 from softsim.reach.trials import Heading, TrialPipe
 
 Pulls = Mapping[TrialPipe, Bracket]
-ALIKE = 1e-6  # shares of upright below this are level
+LEVEL_TOLERANCE = 1e-6  # shares of upright below this are level
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,8 @@ def load_of(way: Way, tether: TetherProperties, down: np.ndarray) -> PathLoad:
     hanging = np.divide(holding, drawing, out=np.zeros(len(drawing)), where=drawing > 0.0)
     share = np.clip(np.maximum(hanging, rises(way, down)), 0.0, 1.0)
     return PathLoad(
-        tension, np.where(share < ALIKE, 0.0, np.where(share > 1.0 - ALIKE, 1.0, share))
+        tension,
+        np.where(share < LEVEL_TOLERANCE, 0.0, np.where(share > 1.0 - LEVEL_TOLERANCE, 1.0, share)),
     )
 
 

@@ -28,7 +28,7 @@ from softsim.study.cases import DONE, FAILED, LOST, Case, Source, case_key, load
 from softsim.sweep.engine import WorkerPool, completed
 from softsim.sweep.job import Job, Outcome, Simulate, known_outcome, simulate
 
-AGAIN = (FAILED, LOST)  # without them there is no answer
+RETRIED = (FAILED, LOST)  # without them there is no answer
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class Search:
     def take_stored(self, device: str) -> None:
         """Record the trials that are stored in the folder."""
         while (job := self.next_job(device)) is not None:
-            known = known_outcome(job, AGAIN)
+            known = known_outcome(job, RETRIED)
             if known is None:
                 return
             self.note(job, known)
@@ -148,7 +148,7 @@ def seek(
         while jobs := {job.key: (search, job) for search in asked
                        if (job := search.next_job(device)) is not None}:  # fmt: skip
             for job, outcome in completed(
-                [job for _, job in jobs.values()], workers, AGAIN, simulate=simulate
+                [job for _, job in jobs.values()], workers, RETRIED, simulate=simulate
             ):
                 search = jobs[job.key][0]
                 trial = search.note(job, outcome)

@@ -31,7 +31,7 @@ from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.pipe_path import BEND, PipePath, Segment
 
 CORNER = 0.5 * np.pi  # rad: pipes leave each other at right angles
-PLACES = 41  # at which the tension within a segment is told
+POINTS_PER_SEGMENT = 41  # at which the tension within a segment is told
 ACCURACY = 1e-9  # of the integration, relative
 
 
@@ -103,7 +103,7 @@ def tension_along(way: Way, tether: TetherProperties, down: np.ndarray) -> Tensi
     for number, (segment, length) in enumerate(way.parts):
         if number in way.corners:
             last = last * np.exp(tether.friction * CORNER * np.array([1.0, -1.0]))
-        along = np.linspace(0.0, length, PLACES)
+        along = np.linspace(0.0, length, POINTS_PER_SEGMENT)
         tensions = np.stack(
             [each.along(segment, down, along, start)
              for each, start in zip((drawing, holding), last, strict=True)]
@@ -157,7 +157,7 @@ class Drawn:
         found = solve_ivp(
             change, (0.0, along[-1]), [first], t_eval=along, rtol=ACCURACY,
             atol=ACCURACY * self.tether.weight * along[-1],
-            max_step=along[-1] / (PLACES - 1),
+            max_step=along[-1] / (POINTS_PER_SEGMENT - 1),
         )  # fmt: skip
         return np.asarray(np.maximum(found.y[0], 0.0))
 
@@ -180,14 +180,14 @@ def rises(way: Way, down: np.ndarray) -> np.ndarray:
     """Return the sine of the inclination (n,) at the points of `tension_along`."""
     found = []
     for segment, length in way.parts:
-        _, tangents = segment.axis_place(np.linspace(0.0, length, PLACES))
+        _, tangents = segment.axis_place(np.linspace(0.0, length, POINTS_PER_SEGMENT))
         found.append([-float(down @ in_space(tangent)) for tangent in tangents])
     return np.concatenate(found)
 
 
 def radii(way: Way) -> Sequence[tuple[float, float]]:
     """Return the radii [m] of both ends of the segment for each point of `tension_along`."""
-    return [segment.radii for segment, _ in way.parts for _ in range(PLACES)]
+    return [segment.radii for segment, _ in way.parts for _ in range(POINTS_PER_SEGMENT)]
 
 
 # -------------------------------------------------------------------------------------------------

@@ -221,7 +221,7 @@ class WallClock:
 
 
 # A stable step that has changed by this share is told.
-TOLD_CHANGE = 0.2
+REPORTED_STEP_CHANGE = 0.2
 
 
 @dataclass(frozen=True)
@@ -480,9 +480,9 @@ class Run:
             self.progress.time_increment = allowed
 
     def _tell_step(self, stable: StableStep) -> None:
-        """Log the stable step and what limits it, if it has changed by TOLD_CHANGE."""
+        """Log the stable step and what limits it, if it has changed by REPORTED_STEP_CHANGE."""
         ratio = stable.value / self.progress.told_step
-        if abs(ratio - 1.0) < TOLD_CHANGE:
+        if abs(ratio - 1.0) < REPORTED_STEP_CHANGE:
             return
         self.progress.told_step = stable.value
         self.files.tell(

@@ -24,7 +24,7 @@ from softsim.scene.quantities import (
     Spec,
     Text,
     VelocityVector,
-    told_by_key,
+    chosen_by_key,
     written,
 )
 
@@ -95,7 +95,7 @@ SetDefinition = Annotated[
     | Annotated[UnionSet, Tag("union")]
     | Annotated[IntersectionSet, Tag("intersection")]
     | Annotated[DifferenceSet, Tag("difference")],
-    told_by_key(DEFINITIONS),
+    chosen_by_key(DEFINITIONS),
 ]
 
 

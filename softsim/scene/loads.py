@@ -35,7 +35,7 @@ from softsim.scene.quantities import (
     Spec,
     StressVector,
     Text,
-    told_by_presence,
+    chosen_by_presence,
     written,
 )
 
@@ -322,7 +322,7 @@ class PulledCableSpec(OverTime):
 
 def _by_direction(otherwise: str) -> Discriminator:
     """Distinguish loads whose profile has values with units from those with factors."""
-    return told_by_presence("direction", ("direction",), otherwise)
+    return chosen_by_presence("direction", ("direction",), otherwise)
 
 
 NodalLoad = Annotated[

@@ -12,7 +12,7 @@ from softsim.scene.quantities import (
     PositiveLength,
     PositiveLineDensity,
     Spec,
-    told_by_key,
+    chosen_by_key,
     written,
 )
 
@@ -132,7 +132,7 @@ PipeItem = Annotated[
     | Annotated[StepItem, Tag("step")]
     | Annotated[TeeItem, Tag("tee")]
     | Annotated[CrossItem, Tag("cross")],
-    told_by_key(ITEMS),
+    chosen_by_key(ITEMS),
 ]
 
 

@@ -33,8 +33,8 @@ from softsim.scene.quantities import (
     Velocity,
     Volume,
     WholeNumber,
+    chosen_by_presence,
     schema_title,
-    told_by_presence,
     written,
 )
 
@@ -389,7 +389,7 @@ def _duration(info: ValidationInfo, rate: str) -> float:
 
 CyclesOfPressure = Annotated[
     Annotated[CyclesProfile, Tag("rates")] | Annotated[PeriodicCycles[Pressure], Tag("period")],
-    told_by_presence("rates", ("inflation_rate", "deflation_rate"), otherwise="period"),
+    chosen_by_presence("rates", ("inflation_rate", "deflation_rate"), otherwise="period"),
 ]
 FixedProfile = (
     Constant[Pressure] | Ramp[Pressure] | SmoothStep[Pressure] | Sine[Pressure]

@@ -349,7 +349,7 @@ def json_schema(model: type[BaseModel]) -> dict[str, Any]:
     return read
 
 
-def told_by_key(classes: Mapping[str, type[Spec]]) -> Discriminator:
+def chosen_by_key(classes: Mapping[str, type[Spec]]) -> Discriminator:
     """Return a discriminator that selects a class by the first key of a mapping in `classes`."""
 
     def tag(value: Any) -> str | None:
@@ -360,7 +360,7 @@ def told_by_key(classes: Mapping[str, type[Spec]]) -> Discriminator:
     return Discriminator(tag)
 
 
-def told_by_presence(tag: str, keys: Collection[str], otherwise: str) -> Discriminator:
+def chosen_by_presence(tag: str, keys: Collection[str], otherwise: str) -> Discriminator:
     """Return a discriminator between two spellings of one kind.
 
     It selects `tag` if a mapping has any of `keys`, and `otherwise` if it has none.

@@ -15,7 +15,7 @@ import taichi as ti
 
 from softsim.compute import backend, fields
 from softsim.compute.machine import ComputeDevice, memory_of
-from softsim.compute.term import compiles_alike
+from softsim.compute.term import shares_kernels
 from softsim.errors import DeviceError, OutputError
 from softsim.loads.load import Load
 from softsim.model import Model
@@ -30,10 +30,10 @@ from softsim.solver.terms import Terms
 # compiled kernels; working arrays of the start, the guards and frames (both measured, the second at
 # 208,000 triangles). CUDA: a context of some 0.5 GB and Taichi's own pool of 1 GiB (its
 # device_memory_GB); working arrays live in the CPU's memory.
-BESIDE = {"cpu": (300e6, 1000.0), "cuda": (1.6e9, 0.0)}
+BASE_MEMORY = {"cpu": (300e6, 1000.0), "cuda": (1.6e9, 0.0)}
 
 # More than any element takes [bytes]: what fits with this needs no count, which takes a second.
-PLENTY = 20_000.0
+ELEMENT_BYTES_BOUND = 20_000.0
 
 
 def field_bytes(model: Model, scenarios: int) -> int:
@@ -54,7 +54,10 @@ def refuse_before_start(model: Model, device: str) -> None:
     would fit.
     """
     place = memory_of(device)
-    if place is None or BESIDE[device][0] + PLENTY * model.element_count <= place.memory.free:
+    if (
+        place is None
+        or BASE_MEMORY[device][0] + ELEMENT_BYTES_BOUND * model.element_count <= place.memory.free
+    ):
         return
     backend.start(device)
     refuse_too_large(model, field_bytes(model, scenarios=1), device, place)
@@ -68,7 +71,7 @@ def refuse_too_large(model: Model, size: int, device: str, place: ComputeDevice 
     """
     if place is None:
         return
-    free, (fixed, an_element) = place.memory.free, BESIDE[device]
+    free, (fixed, an_element) = place.memory.free, BASE_MEMORY[device]
     growing = an_element * model.element_count + size
     need = fixed + growing
     if need <= free:
@@ -92,7 +95,7 @@ def scenarios_that_fit(model: Model, device: str, place: ComputeDevice | None) -
     if place is None:
         return None
     one, two = (field_bytes(model, scenarios) for scenarios in (1, 2))
-    each, (fixed, an_element) = two - one, BESIDE[device]
+    each, (fixed, an_element) = two - one, BASE_MEMORY[device]
     left = place.memory.free - fixed - an_element * model.element_count - (one - each)
     return max(0, int(left // each))
 
@@ -149,7 +152,7 @@ class ExplicitSolver:
                 terms = Terms(models)
         except fields.DifferentFieldsError:
             return False
-        if not compiles_alike(self.terms, terms):
+        if not shares_kernels(self.terms, terms):
             return False
         self.models, self.terms = models, terms
         self._reset_clocks()
@@ -180,7 +183,7 @@ class ExplicitSolver:
         dt: the next steps [s], one for all scenarios, or (scenarios,).
         """
         self.set_off(dt)
-        self.forget_books()
+        self.reset_energy_balance()
 
     def set_off(self, dt: float | np.ndarray) -> None:
         """Compute the current forces and the first half kick; dt as for `begin`."""
@@ -188,7 +191,7 @@ class ExplicitSolver:
             self._set_time_increment(s, float(step))
         self._stand(self.time_increments, kicks=0.5 * self.time_increments)
 
-    def forget_books(self) -> None:
+    def reset_energy_balance(self) -> None:
         """Reset work and dissipation of the energy balance to zero."""
         nodes, bodies = self.terms.nodes, self.terms.rigid_bodies
         for term in self.terms.everything:
@@ -366,7 +369,7 @@ class ExplicitSolver:
             self.halt(s)
             self.relax_branches(s)
         self.find_forces(dt)
-        self.forget_books()
+        self.reset_energy_balance()
 
     # --- what observers read; arrays (scenarios, ...) at the present time ------------------------
 

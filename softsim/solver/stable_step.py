@@ -40,7 +40,7 @@ from softsim.solver.stiffness_bound import ModelStiffness, ScaledStiffness, volu
 STEPS = 36
 FAILING_SHARE = 1e-5
 # Steps of a mere estimate: of the robot in section and in space it lacks 0.5 % at most.
-FEW_STEPS = 10
+ESTIMATE_STEPS = 10
 
 
 def largest_eigenvalue_bound(
@@ -59,7 +59,7 @@ def largest_eigenvalue_estimate(
     product: Callable[[np.ndarray], np.ndarray], moving: np.ndarray
 ) -> float:
     """Return an estimate of the largest eigenvalue from below, in fewer steps than the bound."""
-    return lanczos(product, start_vector(moving), FEW_STEPS)[0]
+    return lanczos(product, start_vector(moving), ESTIMATE_STEPS)[0]
 
 
 def start_vector(moving: np.ndarray) -> np.ndarray:
@@ -116,15 +116,15 @@ OVER_ESTIMATE = 1.1
 # omega dt of what hits a penalty spring, or the end of a tendon's slack: within a step it gets as
 # deep as v dt and is thrown back with up to (omega^2 dt^2 - 1) v, which must not be more than it
 # came with.
-LONGEST_HIT = np.sqrt(2.0)
+CONTACT_OMEGA_DT = np.sqrt(2.0)
 # omega dt of the swing of what fills a chamber. The whole skin swings with it, so it shows in the
 # books, whose error goes with the square: a pump that starts at full speed is off by 4 % at first.
-RESOLVED = 0.8
+CHAMBER_OMEGA_DT = 0.8
 # The step over that of the stiffest element alone at rest, at most. Averaged pressure makes it some
 # 1.5 to 2; where every node is held or tied nothing else would limit it.
 LONGEST_OVER_ELEMENT = 4.0
 # The cause of a step that an element sets: which one, is named when it is told.
-STIFFEST = "an element"
+ELEMENT_CAUSE = "an element"
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ class StableStep:
     @property
     def limit(self) -> str:
         """Text of the limit of `value`, with the name of the element if an element sets it."""
-        if self.cause != STIFFEST:
+        if self.cause != ELEMENT_CAUSE:
             return self.cause
         return element_name(self.region, self.element, self.x)
 
@@ -237,7 +237,7 @@ class StableStepEstimator:
         stable = min(stable, stable**2 / guess)
         region, element = self._stiffest(elements, matrix, mode)
         shares = other_shares(matrix, mode) | self._other_shares(mode, x)
-        shares[STIFFEST] = bound - sum(shares.values())
+        shares[ELEMENT_CAUSE] = bound - sum(shares.values())
         of_bodies = sum(self.stiffness.contact.of_bodies(x, guess))
         on_bodies = {"contact of a rigid body": of_bodies}
         on_bodies |= {f"{kind} of a rigid body": k for kind, k in self.springs.items()}
@@ -246,15 +246,15 @@ class StableStepEstimator:
         limits = {max(shares, key=lambda part: shares[part]): stable}
         hit = max(self.stiffness.hardest_hit(x, guess), of_bodies)
         if hit > 0.0:
-            limits["contact stiffness"] = LONGEST_HIT / np.sqrt(hit)
+            limits["contact stiffness"] = CONTACT_OMEGA_DT / np.sqrt(hit)
         for kind, frequency in self.going_taut.items():
-            limits[f"stiffness of a {kind}"] = LONGEST_HIT / np.sqrt(frequency)
+            limits[f"stiffness of a {kind}"] = CONTACT_OMEGA_DT / np.sqrt(frequency)
         taut = matrix.cable_frequency()
         if taut > 0.0:
-            limits["stiffness of a pulled cable"] = LONGEST_HIT / np.sqrt(taut)
+            limits["stiffness of a pulled cable"] = CONTACT_OMEGA_DT / np.sqrt(taut)
         swing = matrix.chamber_frequency()
         if self.model.relaxation is None and swing > 0.0:
-            limits["chamber oscillation"] = RESOLVED / np.sqrt(swing)
+            limits["chamber oscillation"] = CHAMBER_OMEGA_DT / np.sqrt(swing)
         limits[self.longest_limit] = self.longest
         cause = min(limits, key=lambda cause: limits[cause])
         return StableStep(float(limits[cause]), float(stable), cause, region, element, x)

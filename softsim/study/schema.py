@@ -8,7 +8,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, Tag, WithJsonSchema, model_validator
 
-from softsim.scene.quantities import Name, Number, Spec, Text, WholeNumber, json_schema, told_by_key
+from softsim.scene.quantities import (
+    Name,
+    Number,
+    Spec,
+    Text,
+    WholeNumber,
+    chosen_by_key,
+    json_schema,
+)
 
 
 def _number_or_text(value: Any) -> Any:
@@ -78,7 +86,7 @@ FactorPart = Annotated[
     Annotated[KeyFactor, Tag("key")]
     | Annotated[VariantsFactor, Tag("variants")]
     | Annotated[ScenesFactor, Tag("scenes")],
-    told_by_key(FACTORS),
+    chosen_by_key(FACTORS),
 ]
 
 

@@ -46,7 +46,7 @@ from softsim.sweep.job import (
 LONGEST = 15.0
 """Seconds of wall time after which the remaining cases are left unchecked."""
 
-MOST_TOLD = 10
+MOST_REPORTED = 10
 """Cases that cannot run that are named one by one."""
 
 
@@ -74,7 +74,7 @@ def refusals(jobs: Sequence[Job], device: str, longest: float = LONGEST) -> Iter
             CHECKS[type(job.case.source)](job, device)
         except SoftsimError as error:
             refused += 1
-            if refused <= MOST_TOLD:
+            if refused <= MOST_REPORTED:
                 values = ", ".join(f"{name} {value}" for name, value in job.case.values.items())
                 reason = " ".join(error.message.split())
                 yield f"case {job.case.number} cannot run ({values}): {reason}"

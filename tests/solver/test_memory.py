@@ -7,7 +7,7 @@ import pytest
 
 from softsim.compute.machine import Memory
 from softsim.errors import DeviceError
-from softsim.solver.explicit import BESIDE, field_bytes, refuse_too_large, scenarios_that_fit
+from softsim.solver.explicit import BASE_MEMORY, field_bytes, refuse_too_large, scenarios_that_fit
 
 SECTION = """
 bodies:
@@ -94,7 +94,7 @@ class Card:
 
 def test_what_fits_is_let_through_and_one_byte_less_is_not(build):
     model, size = build(SECTION), 10_000_000
-    need = int(size + BESIDE["cuda"][0])
+    need = int(size + BASE_MEMORY["cuda"][0])
     refuse_too_large(model, size, "cuda", Card(need))
     with pytest.raises(DeviceError, match="are free on card"):
         refuse_too_large(model, size, "cuda", Card(need - 1))
@@ -102,7 +102,7 @@ def test_what_fits_is_let_through_and_one_byte_less_is_not(build):
 
 def test_as_many_scenarios_fit_as_there_is_memory_for(build, fresh_taichi):
     model = build(SECTION)
-    need = int(field_bytes(model, 10) + BESIDE["cuda"][0])
+    need = int(field_bytes(model, 10) + BASE_MEMORY["cuda"][0])
     assert scenarios_that_fit(model, "cuda", Card(need)) == 10
     assert scenarios_that_fit(model, "cuda", Card(need - 1)) == 9
     assert scenarios_that_fit(model, "cuda", None) is None
@@ -111,7 +111,7 @@ def test_as_many_scenarios_fit_as_there_is_memory_for(build, fresh_taichi):
 def test_the_elements_named_as_fitting(build):
     """In half of the memory that grows with its elements, half of them are said to fit."""
     model, size = build(SECTION), 10_000_000
-    fixed, an_element = BESIDE["cpu"]
+    fixed, an_element = BASE_MEMORY["cpu"]
     card = Card(int(0.5 * (size + an_element * model.element_count) + fixed))
     with pytest.raises(DeviceError) as caught:
         refuse_too_large(model, size, "cpu", card)

@@ -63,7 +63,7 @@ WIDE, HIGH = 60, 30
 DASHES = {"-": "solid", "--": "dash", ":": "dot", STEPS: "solid"}
 """Line style of plotly.js by kind of series."""
 
-BESIDE = {"side": "right", "showgrid": False, "tickmode": "auto"}
+SECOND_AXIS = {"side": "right", "showgrid": False, "tickmode": "auto"}
 """Properties of a second axis, on the right."""
 
 EDGE = {"range": [0.0, 1.0], "visible": False, "fixedrange": True}
@@ -123,7 +123,7 @@ def chart_of(diagram: Diagram) -> Chart:
         axes = [(panel.left, left)]
         if panel.right is not None:
             axes.append((panel.right, next(numbers)))
-            above = {"overlaying": f"y{left}", **BESIDE}
+            above = {"overlaying": f"y{left}", **SECOND_AXIS}
             layout[f"yaxis{axes[1][1]}"] = vertical(panel.right) | above
         for axis, number in axes:
             for series in axis.series:
