@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.pressure_control import Phase
-from softsim.loads.profile import Cycle, cycles_of
+from softsim.loads.profile import Cycle
 from softsim.model import Model
 
 # Forward progress [m] within a fall, beyond the recoil before it, that counts as motion. As the air
@@ -21,11 +20,13 @@ BEGUN, ARRIVED = 0.05, 0.95
 
 def whole_cycles(model: Model, history: Mapping[str, np.ndarray]) -> list[Cycle]:
     """Return the cycles of the pressure in the robot's chamber that ended within a history."""
-    drive = None if model.chamber is None else model.chamber.drive.course
-    if isinstance(drive, GivenPressure):
-        until = history["time"][-1]
-        return [c for c in cycles_of(drive.profile) if c.has_ended(until)]
-    return controlled_cycles(history) if isinstance(drive, ControlledPressure) else []
+    if model.chamber is None:
+        return []
+    source = model.chamber.source
+    if source.control is not None:
+        return controlled_cycles(history)
+    until = history["time"][-1]
+    return [c for c in source.pressure_cycles if c.has_ended(until)]
 
 
 def controlled_cycles(history: Mapping[str, np.ndarray]) -> list[Cycle]:

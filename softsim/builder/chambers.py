@@ -1,6 +1,6 @@
 """Chambers: pressures on facets and their sources: a time history, a liquid, a gas, an air line."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 
@@ -12,17 +12,16 @@ from softsim.builder.profiles import LoadTargets, over_the_run
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import Geometry
 from softsim.elements.ring_section import RingSection
-from softsim.loads.air_line import AirLine, Tube
-from softsim.loads.drive import (
+from softsim.loads.air_line import AirLine, SetPoint, Tube
+from softsim.loads.pressure import (
     AddedGas,
     AddedVolume,
-    ControlledPressure,
-    GivenPressure,
-    Scheduled,
+    FollowerPressure,
+    GaugeScale,
+    PrescribedPressure,
+    PressureSource,
 )
-from softsim.loads.pressure import Drive, FollowerPressure
-from softsim.loads.pressure_control import EventCycles
-from softsim.loads.profile import Profile
+from softsim.loads.pressure_control import ControlledPressure, EventCycles
 from softsim.mesh.mesh import open_rim, with_corners
 from softsim.model import Model
 from softsim.scene import chambers as scene_chambers
@@ -218,11 +217,11 @@ def pressure(loaded: LoadTargets, load: Chamber, keys: Keys) -> FollowerPressure
     if abs(volume) <= nothing:
         volume = 0.0
     compliance = chamber_compliance(geometry, facets, points, loaded.mass, is_free)
-    drive = built_drive(names, load, volume, nothing, loaded.stiffest, compliance, keys)
-    return FollowerPressure(str(keys[-1]), facets, closing, geometry, drive, body, area)
+    source = pressure_source(names, load, volume, nothing, loaded.stiffest, compliance, keys)
+    return FollowerPressure(str(keys[-1]), facets, closing, geometry, source, body, area)
 
 
-def built_drive(
+def pressure_source(
     names: Names,
     load: Chamber,
     volume: float,
@@ -230,14 +229,15 @@ def built_drive(
     stiffest: float,
     compliance: float,
     keys: Keys,
-) -> Drive:
+) -> PressureSource:
     """Return the pressure source of a chamber of this volume [m^3] at rest.
 
     A volume up to `nothing` [m^3] counts as none. A liquid adds at most the fraction LIQUID_SHARE
     to `stiffest`, the largest omega^2 [1/s^2] at rest, in a chamber of this `compliance` [m^4/kg].
     """
     if isinstance(load, scene_chambers.FollowerPressureSpec):
-        return followed(names, load.profile, lambda given: pressure_on_facets(load, given), keys)
+        scale = GaugeScale(load.on_skin, load.factor, load.offset)
+        return set_point(names, load.profile, scale, keys)
     # A gas may start in a flat chamber, if its line has room; a liquid needs a volume to refer to.
     least = nothing if isinstance(load, scene_chambers.AddedVolumeSpec) else -nothing
     if volume < least:
@@ -267,41 +267,25 @@ def built_drive(
     return liquid
 
 
-def refuse_emptied(names: Names, drive: AddedVolume | AddedGas, held: str, keys: Keys) -> None:
+def refuse_emptied(names: Names, filling: AddedVolume | AddedGas, held: str, keys: Keys) -> None:
     """Raise SceneError if more is to be taken out of a chamber than it holds at the start."""
-    least = float(drive.profile.values.min())
-    if least <= -drive.content:
+    least = float(filling.profile.values.min())
+    if least <= -filling.content:
         raise names.loaded.error(
             (*keys, "profile"),
-            f"{-least / drive.content:.3g} times the content of the chamber would be removed; it "
+            f"{-least / filling.content:.3g} times the content of the chamber would be removed; it "
             f"holds {held} at the start",
             "remove less than it holds; positive values add to it",
         )
 
 
-def commanded(load: Chamber, drive: Scheduled | AirLine, profile: Profile) -> Scheduled | AirLine:
-    """Return the pressure source of a chamber with another time history.
-
-    profile: over time [s], the pressure of the gauge [Pa], the volume pumped in [m^3] or the mass
-    let in [kg].
-    """
-    if isinstance(load, scene_chambers.FollowerPressureSpec):
-        return GivenPressure(profile, pressure_on_facets(load, profile))
-    if isinstance(drive, AirLine):
-        return replace(drive, course=GivenPressure(profile, profile))
-    return replace(drive, profile=profile)
-
-
-def followed(
-    names: Names, profile: PressureProfile, on_facets: Callable[[Profile], Profile], keys: Keys
-) -> GivenPressure | ControlledPressure:
+def set_point(names: Names, profile: PressureProfile, scale: GaugeScale, keys: Keys) -> SetPoint:
     """Return the pressure source of a profile at the gauge, or of a control by events."""
     if isinstance(profile, EventCyclesProfile):
         settings = EventCycles(**profile.model_dump(exclude={"kind"}))
         start = names.beginning.of(keys)
         return ControlledPressure(replace(settings, start=start + settings.start))
-    given = over_the_run(names, profile, keys)
-    return GivenPressure(given, on_facets(given))
+    return PrescribedPressure.at_gauge(over_the_run(names, profile, keys), scale)
 
 
 def room_beside(
@@ -346,8 +330,8 @@ def air_line(
     tube = Tube(load.tube.length, load.tube.bore, load.tube.viscosity)
     dead = load.dead_volume + 0.5 * tube.volume
     side = room_beside(names, load, load.volume_ratio * volume, dead, nothing, keys)
-    course = followed(names, load.profile, lambda given: given, keys)
-    highest = highest_of(course) + load.band
+    shown = set_point(names, load.profile, GaugeScale(), keys)
+    highest = shown.highest + load.band
     if load.pump.stall <= highest:
         raise names.loaded.error(
             (*keys, "pump", "stall"),
@@ -360,27 +344,12 @@ def air_line(
     density = ambient / energy
     squares = (ambient + load.valve.pressure) ** 2 - ambient**2
     return AirLine(
-        course=course, initial_volume=volume, volume_ratio=load.volume_ratio,
+        set_point=shown, initial_volume=volume, volume_ratio=load.volume_ratio,
         side_volume=side, line_volume=load.line_volume + 0.5 * tube.volume,
         specific_energy=energy, ambient_pressure=ambient, tube=tube,
         valve=density * load.valve.flow / squares, pump_flow=density * load.pump.flow,
         stall=load.pump.stall, band=load.band,
     )  # fmt: skip
-
-
-def highest_of(course: GivenPressure | ControlledPressure) -> float:
-    """Return the highest pressure [Pa] that a gauge should ever show."""
-    if isinstance(course, ControlledPressure):
-        return course.settings.highest
-    return float(course.profile.values.max())
-
-
-def pressure_on_facets(load: scene_chambers.FollowerPressureSpec, profile: Profile) -> Profile:
-    """Return the pressure on the facets [Pa over s] while a gauge shows `profile`."""
-    if load.acts_as_given:
-        return profile
-    on_skin = profile.translated(np.array(load.on_skin)) if load.on_skin else profile
-    return on_skin.reduced(load.factor, load.offset)
 
 
 # -------------------------------------------------------------------------------------------------
@@ -402,9 +371,8 @@ def refuse_what_cannot_be_felt(names: Names, model: Model) -> None:
 def controls(model: Model) -> Iterator[tuple[Keys, EventCycles]]:
     """Yield the keys and the settings of the profile of each controlled pressure."""
     for load in model.pressures:
-        course = load.drive.course
-        if isinstance(course, ControlledPressure):
-            yield ("loads", load.name, "profile"), course.settings
+        if load.source.control is not None:
+            yield ("loads", load.name, "profile"), load.source.control
 
 
 def refuse_a_second_chamber(names: Names, model: Model, keys: Keys) -> None:

@@ -62,7 +62,7 @@ def passage(
         outline=outline_nodes[body],
         start=start,
         goals=goals(names, layout, network, start, length),
-        in_cycles=chamber is not None and chamber.drive.cycle_count > 0,
+        in_cycles=chamber is not None and chamber.source.cycle_count > 0,
         patience=layout.patience,
         patience_time=layout.patience_time,
         least_progress=layout.least_progress,
@@ -262,7 +262,7 @@ def end_time(names: Names, chamber: FollowerPressure | None) -> float:
     if chamber is None:
         raise _refused(names, "no pressure has cycles to count")
     refuse_missing_cycles(names, chamber, time.cycles)
-    return min(latest, chamber.drive.cycle_end(time.cycles))
+    return min(latest, chamber.source.cycle_end(time.cycles))
 
 
 def refuse_missing_cycles(names: Names, chamber: FollowerPressure, asked: int) -> None:
@@ -270,7 +270,7 @@ def refuse_missing_cycles(names: Names, chamber: FollowerPressure, asked: int) -
 
     The history counts the cycles of no other chamber.
     """
-    most, name = chamber.drive.cycle_count, chamber.name
+    most, name = chamber.source.cycle_count, chamber.name
     if asked <= most:
         return
     if most == 0:

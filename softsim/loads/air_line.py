@@ -27,9 +27,9 @@ is conserved.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -38,10 +38,11 @@ from softsim.compute import backend, fields
 from softsim.compute.fields import real_field
 from softsim.compute.term import PerScenario
 from softsim.errors import StabilityError
-from softsim.loads.drive import ControlledPressure, GivenPressure
-from softsim.loads.pressure_control import Command
+from softsim.loads.pressure import VOLUME_COLUMN, PrescribedPressure, PressureKernel, PressureSource
+from softsim.loads.pressure_control import ControlledPressure, EventCycles, PressureRamp
+from softsim.loads.profile import Cycle, Profile
 
-Course = GivenPressure | ControlledPressure
+SetPoint = PrescribedPressure | ControlledPressure
 
 PUMP, VALVE = 1.0, -1.0  # what is at work; 0: neither
 
@@ -72,16 +73,16 @@ class Tube:
 
 
 @dataclass(frozen=True)
-class AirLine:
+class AirLine(PressureSource):
     """Air supply of a chamber through a tube; the module docstring states the equations.
 
-    course: time history of the pressure that the sensor should show. initial_volume [m^3]: volume
+    set_point: pressure that the sensor should show, over time. initial_volume [m^3]: volume
     of the model's chamber at the start; the gas fills `volume_ratio` times the chamber volume plus
     `side_volume` [m^3]. line_volume: V_1 [m^3]. specific_energy: R T [J/kg]. valve: G [kg/(s
     Pa^2)]. pump_flow: m_0 [kg/s]. stall, band [Pa].
     """
 
-    course: Course
+    set_point: SetPoint
     initial_volume: PerScenario[float]
     volume_ratio: PerScenario[float]
     side_volume: PerScenario[float]
@@ -99,17 +100,35 @@ class AirLine:
         "the wall of a chamber becomes thinner as the chamber grows: lower the pressures of the "
         "profile"
     )
-    stiffens = False  # its stiffness counts on the most that the pump can give
-    columns: ClassVar[dict[str, str]] = {
-        "wanted_pressure": "Pa",  # at the sensor, whose own is the column pressure
-        "air_flow": "m^3/s",  # through the tube into the chamber, as ambient air
-        "air_supply": "-",  # at this moment: 1 the pump runs, -1 the valve is open, 0 neither
-    }
+
+    @property
+    def columns(self) -> dict[str, str]:
+        return (
+            self.set_point.columns
+            | VOLUME_COLUMN
+            | {
+                "wanted_pressure": "Pa",  # at the sensor, whose own is the column pressure
+                "air_flow": "m^3/s",  # through the tube into the chamber, as ambient air
+                "air_supply": "-",  # 1: the pump runs, -1: the valve is open, 0: neither
+            }
+        )
+
+    @property
+    def control(self) -> EventCycles | None:
+        return self.set_point.control
+
+    @property
+    def pressure_cycles(self) -> list[Cycle]:
+        return self.set_point.pressure_cycles
+
+    @property
+    def gas_outside(self) -> float:
+        return self.side_volume + self.line_volume
 
     @property
     def peak(self) -> str:
         """Highest pressure that the sensor should show, and the volume of the chamber, as text."""
-        return f"{self.course.peak} at the sensor, chamber of {1e6 * self.initial_volume:.4g} ml"
+        return f"{self.set_point.peak} at the sensor, chamber of {1e6 * self.initial_volume:.4g} ml"
 
     @property
     def tube_conductance(self) -> float:
@@ -123,20 +142,23 @@ class AirLine:
 
     @property
     def last_change(self) -> float:
-        """Time [s] at which the time history of the wanted pressure ends."""
-        return self.course.last_change
+        return self.set_point.last_change
 
     @property
     def cycle_count(self) -> float:
-        """Number of cycles of the wanted pressure."""
-        return self.course.cycle_count
+        return self.set_point.cycle_count
 
     def cycle_end(self, number: int) -> float:
-        """Return the time [s] at which a cycle of the wanted pressure ends.
+        return self.set_point.cycle_end(number)
 
-        number: from 1 to `cycle_count`.
-        """
-        return self.course.cycle_end(number)
+    def cycles_done(self, time: float) -> int:
+        return self.set_point.cycles_done(time)
+
+    def value_at(self, time: float) -> float:
+        return self.set_point.value_at(time)
+
+    def with_profile(self, profile: Profile) -> "AirLine":
+        return replace(self, set_point=self.set_point.with_profile(profile))
 
     def room(self, volume: float) -> float:
         """Return the gas volume V_2 [m^3] for a `volume` [m^3] of the model's chamber."""
@@ -168,42 +190,40 @@ class AirLine:
         """Return the line with all flows `factor` times as fast, as with a less viscous gas."""
         thinner = replace(self.tube, viscosity=self.tube.viscosity / factor)
         return replace(
-            self, course=self.course.time_scaled(factor), tube=thinner,
+            self, set_point=self.set_point.time_scaled(factor), tube=thinner,
             valve=self.valve * factor, pump_flow=self.pump_flow * factor,
         )  # fmt: skip
 
-    def source(self, alike: Sequence["AirLine"]) -> "AirLineSource":
-        """Return the pressure source for kernels.
+    def warnings(self) -> dict[str, str]:
+        return dict(line_warnings(self))
 
-        alike: this line in every scenario, this one first.
-        """
-        return AirLineSource(alike)
+    def kernel(self, alike: Sequence["AirLine"]) -> "AirLineKernel":
+        return AirLineKernel(alike)
 
 
-class AirLineSource:
-    """Pressure source for kernels: it integrates the flows since its last evaluation."""
+class AirLineKernel(PressureKernel):
+    """Kernel class of an air line: it integrates the flows since its last evaluation."""
 
     asks_volume = True
 
-    def __init__(self, drives: Sequence[AirLine]) -> None:
-        self.drives = drives
-        courses: list[Any] = [d.course for d in drives]
-        self.course: Any = courses[0].source(courses)
-        self.volume_ratio = real_field(np.array([d.volume_ratio for d in drives]))
-        self.side_volume = real_field(np.array([d.side_volume for d in drives]))
-        self.line_volume = real_field(np.array([d.line_volume for d in drives]))
-        self.specific_energy = real_field(np.array([d.specific_energy for d in drives]))
-        self.ambient = real_field(np.array([d.ambient_pressure for d in drives]))
-        self.tube = real_field(np.array([d.tube_conductance for d in drives]))
-        self.valve = real_field(np.array([d.valve for d in drives]))
-        self.pump_flow = real_field(np.array([d.pump_flow for d in drives]))
-        self.stall = real_field(np.array([d.stall for d in drives]))
-        self.band = real_field(np.array([d.band for d in drives]))
-        density = np.array([d.ambient_density for d in drives])
-        self.chamber_room = real_field(np.array([d.room(d.initial_volume) for d in drives]))
-        rest = np.zeros(len(drives))
-        self.line_mass = real_field(density * [d.line_volume for d in drives])
-        self.chamber_mass = real_field(density * [d.room(d.initial_volume) for d in drives])
+    def __init__(self, sources: Sequence[AirLine]) -> None:
+        set_points: list[Any] = [one.set_point for one in sources]
+        self.set_point: Any = set_points[0].kernel(set_points)
+        self.volume_ratio = real_field(np.array([one.volume_ratio for one in sources]))
+        self.side_volume = real_field(np.array([one.side_volume for one in sources]))
+        self.line_volume = real_field(np.array([one.line_volume for one in sources]))
+        self.specific_energy = real_field(np.array([one.specific_energy for one in sources]))
+        self.ambient = real_field(np.array([one.ambient_pressure for one in sources]))
+        self.tube = real_field(np.array([one.tube_conductance for one in sources]))
+        self.valve = real_field(np.array([one.valve for one in sources]))
+        self.pump_flow = real_field(np.array([one.pump_flow for one in sources]))
+        self.stall = real_field(np.array([one.stall for one in sources]))
+        self.band = real_field(np.array([one.band for one in sources]))
+        density = np.array([one.ambient_density for one in sources])
+        self.chamber_room = real_field(np.array([one.room(one.initial_volume) for one in sources]))
+        rest = np.zeros(len(sources))
+        self.line_mass = real_field(density * [one.line_volume for one in sources])
+        self.chamber_mass = real_field(density * [one.room(one.initial_volume) for one in sources])
         self.time, self.wanted, self.falls = (real_field(rest) for _ in range(3))
         self.supply = real_field(rest)
 
@@ -214,15 +234,15 @@ class AirLineSource:
             "chamber_room": self.chamber_room, "air_time": self.time, "wanted": self.wanted,
             "falls": self.falls, "supply": self.supply,
         }  # fmt: skip
-        return own | self.course.state_fields()
+        return own | self.set_point.state_fields()
 
-    def follow(self, scenario: int, drive: AirLine) -> None:
-        """Replace the time history of the wanted pressure in a scenario."""
-        self.course.follow(scenario, drive.course)
+    def follow(self, scenario: int, source: AirLine) -> None:
+        """Replace the profile of the set point of a scenario."""
+        self.set_point.follow(scenario, source.set_point)
 
-    def obey(self, scenario: int, command: Command) -> None:
-        """Apply a new command to the wanted pressure of a scenario that is controlled by events."""
-        self.course.obey(scenario, command)
+    def set_ramp(self, scenario: int, ramp: PressureRamp) -> None:
+        """Replace the ramp of the set point of a scenario that is controlled by events."""
+        self.set_point.set_ramp(scenario, ramp)
 
     @ti.func
     def pressure(self, s, t, volume):
@@ -231,7 +251,7 @@ class AirLineSource:
         A second evaluation at the same time does not integrate the flows again.
         """
         room = self.volume_ratio[s] * volume + self.side_volume[s]
-        wanted = self.course.pressure(s, t, volume)
+        wanted = self.set_point.pressure(s, t, volume)
         if t <= 0.0:
             density = self.ambient[s] / self.specific_energy[s]
             self.line_mass[s] = density * self.line_volume[s]
@@ -299,15 +319,17 @@ class AirLineSource:
             released = exchanged(self.valve[s], self.line_pressure(s), outside, line, 0.0, h)
             self.line_mass[s] -= released
 
-    def readings(self, scenario: int, section_pressure: float) -> dict[str, float]:
+    def readings(
+        self, scenario: int, source: PressureSource, section_pressure: float
+    ) -> dict[str, float]:
         """Return the history columns of the line.
 
         These are the sensor and the wanted pressure, the air flow, and the state of pump and valve,
         while `section_pressure` [Pa] acts on the skin. Raises StabilityError if no volume is left
         for the gas.
         """
-        drive = self.drives[scenario]
-        if not section_pressure > -drive.ambient_pressure:
+        assert isinstance(source, AirLine)
+        if not section_pressure > -source.ambient_pressure:
             raise StabilityError(
                 "the volume for the gas of the air line has become zero: the chamber has collapsed",
                 "its wall is turned inside out or crushed; set dead_volume or reduce "
@@ -317,14 +339,46 @@ class AirLineSource:
             float(fields.read_row(field, scenario))
             for field in (self.line_mass, self.wanted, self.supply)
         )
-        sensor = mass * drive.specific_energy / drive.line_volume - drive.ambient_pressure
-        flow = drive.through_tube(sensor, section_pressure)
+        sensor = mass * source.specific_energy / source.line_volume - source.ambient_pressure
+        flow = source.through_tube(sensor, section_pressure)
         return {
             "pressure": sensor,
             "wanted_pressure": wanted,
-            "air_flow": flow / drive.ambient_density,
+            "air_flow": flow / source.ambient_density,
             "air_supply": supply,
         }
+
+
+def line_warnings(line: AirLine) -> Iterator[tuple[str, str]]:
+    """Return the kind and text of each warning of an air line: too little or turbulent flow."""
+    ml = 1e6 / line.ambient_density  # kg to ml of ambient air
+    reynolds = line.tube.reynolds_number(line.pump_flow)
+    if reynolds > LAMINAR:
+        yield (
+            "flow",
+            f"at {ml * line.pump_flow:.3g} ml/s the flow in the tube has a Reynolds number of "
+            f"{reynolds:.0f}; above {LAMINAR:.0f} it is no longer laminar, and the real "
+            "pressure loss is larger than the computed one",
+        )
+    highest, fall, lowest = line.set_point.extremes
+    passed, pumped = line.through_tube(highest, 0.0), line.pumped(highest)
+    if passed < pumped:
+        yield (
+            "pump",
+            f"at {1e-3 * highest:.4g} kPa the tube passes {ml * passed:.3g} ml/s into an empty "
+            f"chamber, and the pump delivers {ml * pumped:.3g} ml/s: the sensor reaches the "
+            "highest pressure long before the chamber does, and the pump switches on and "
+            "off; use a wider or shorter tube, or a smaller pump",
+        )
+    least = fall * line.room(line.initial_volume) / line.specific_energy
+    released = line.released(lowest + line.band)
+    if released < least:
+        yield (
+            "valve",
+            f"a fall of {1e-3 * fall:.3g} kPa/s needs at least {ml * least:.3g} ml/s, but at "
+            f"{1e-3 * lowest:.4g} kPa the tube and the open valve release {ml * released:.3g} "
+            "ml/s: the pressure will fall more slowly, with the valve open",
+        )
 
 
 @ti.func

@@ -27,10 +27,21 @@ over `motion_window` as the slope of a straight line fitted to the positions,
 which averages the vibration; its component along the axis counts. Windows restart with each phase.
 """
 
+import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Any
+
+import numpy as np
+import taichi as ti
+
+from softsim.compute import fields
+from softsim.compute.fields import real_field
+from softsim.compute.term import PerScenario
+from softsim.loads.pressure import PressureKernel, PressureSource
+from softsim.loads.profile import Profile
 
 
 class Phase(IntEnum):
@@ -43,7 +54,7 @@ class Phase(IntEnum):
 
 
 @dataclass(frozen=True)
-class Command:
+class PressureRamp:
     """Pressure ramp p(t) = pressure + rate (t - time).
 
     It is constant before `time` and after reaching `target`. Units: pressure, target [Pa], time
@@ -78,9 +89,9 @@ class EventCycles:
     motion_window: float
     count: int | None
 
-    def first_command(self) -> Command:
-        """Return the command of the first inflation, from 0 Pa."""
-        return Command(0.0, self.start, self.inflation_rate, self.highest)
+    def first_ramp(self) -> PressureRamp:
+        """Return the ramp of the first inflation, from 0 Pa."""
+        return PressureRamp(0.0, self.start, self.inflation_rate, self.highest)
 
     def time_scaled(self, factor: float) -> "EventCycles":
         """Return the settings `factor` times as fast.
@@ -96,6 +107,108 @@ class EventCycles:
             contact_window=self.contact_window / factor,
             motion_window=self.motion_window / factor,
         )
+
+
+@dataclass(frozen=True)
+class ControlledPressure(PressureSource):
+    """Pressure on the facets that a control by events sets."""
+
+    settings: PerScenario[EventCycles]
+
+    @property
+    def columns(self) -> dict[str, str]:
+        return {"cycle": "-", "phase": "-"}  # from 1; loads/pressure_control.Phase
+
+    @property
+    def control(self) -> EventCycles:
+        return self.settings
+
+    @property
+    def extremes(self) -> tuple[float, float, float]:
+        """Highest pressure [Pa], steepest fall [Pa/s] and the pressure at its end [Pa]."""
+        return self.settings.highest, self.settings.deflation_rate, self.settings.lowest
+
+    @property
+    def highest(self) -> float:
+        """Highest pressure [Pa] that a gauge should ever show."""
+        return self.settings.highest
+
+    @property
+    def peak(self) -> str:
+        """Highest pressure of the control, as text."""
+        return f"up to {1e-3 * self.settings.highest:.4g} kPa"
+
+    @property
+    def last_change(self) -> float:
+        rules = self.settings
+        rise = rules.highest / rules.inflation_rate
+        fall = (rules.highest - rules.lowest) / rules.deflation_rate
+        return rules.start + rise + rules.hold + fall
+
+    @property
+    def cycle_count(self) -> float:
+        return math.inf if self.settings.count is None else self.settings.count
+
+    def cycle_end(self, number: int) -> float:
+        return math.inf
+
+    def cycles_done(self, time: float) -> int:
+        """Return 0: the control counts its cycles (run/course.py)."""
+        return 0
+
+    def value_at(self, time: float) -> float:
+        """Return NaN: the pressure is not known in advance."""
+        return math.nan
+
+    def with_profile(self, profile: Profile) -> "ControlledPressure":
+        """Return the source itself: ramps (`set_ramp`) change its pressure."""
+        return self
+
+    def time_scaled(self, factor: float) -> "ControlledPressure":
+        return ControlledPressure(self.settings.time_scaled(factor))
+
+    def kernel(self, alike: Sequence["ControlledPressure"]) -> "ControlledPressureKernel":
+        return ControlledPressureKernel(alike)
+
+
+class ControlledPressureKernel(PressureKernel):
+    """Kernel class of a controlled pressure.
+
+    p(t) = p_0 + r (t - t_0), between p_0 and the target of the ramp.
+
+    Each scenario has one ramp; the host replaces it between two blocks of increments.
+    """
+
+    def __init__(self, sources: Sequence[ControlledPressure]) -> None:
+        first = columns([one.settings.first_ramp() for one in sources])
+        self.ramp = {name: real_field(values) for name, values in first.items()}
+        self.begin_pressure, self.begin_time = self.ramp["pressure"], self.ramp["time"]
+        self.rate, self.target = self.ramp["rate"], self.ramp["target"]
+
+    def state_fields(self) -> dict[str, ti.Field]:
+        """Return the fields that a checkpoint stores: the ramps."""
+        return {f"command_{name}": field for name, field in self.ramp.items()}
+
+    def follow(self, scenario: int, source: ControlledPressure) -> None:
+        """Do nothing: the ramp of a scenario is part of the state."""
+
+    def set_ramp(self, scenario: int, ramp: PressureRamp) -> None:
+        """Replace the ramp of a scenario."""
+        for name, value in dataclasses.asdict(ramp).items():
+            fields.write_row(self.ramp[name], scenario, value)
+
+    @ti.func
+    def pressure(self, s, t, volume):
+        """Return the pressure [Pa] at time t."""
+        begin, target = self.begin_pressure[s], self.target[s]
+        value = begin + self.rate[s] * (t - self.begin_time[s])
+        return ti.min(ti.max(value, ti.min(begin, target)), ti.max(begin, target))
+
+
+def columns(ramps: list[PressureRamp]) -> dict[str, np.ndarray]:
+    """Return the values (scenarios,) of each field of the ramps, by the name of the field."""
+    names = [f.name for f in dataclasses.fields(PressureRamp)]
+    return {name: np.array([getattr(r, name) for r in ramps]) for name in names}
 
 
 @dataclass(frozen=True)
@@ -117,9 +230,9 @@ class Sensed:
 
 @dataclass(frozen=True)
 class Decision:
-    """New command and the reason for it, as text."""
+    """New ramp and the reason for it, as text."""
 
-    command: Command
+    ramp: PressureRamp
     reason: str
 
 
@@ -171,7 +284,7 @@ class PressureControl:
         return self.state.cycles_done + (self.state.phase is not Phase.REST)
 
     def sense(self, now: Sensed) -> Decision | None:
-        """Record a measurement; return a decision if it changes the pressure command, else None."""
+        """Record a measurement; return a decision if it changes the pressure ramp, else None."""
         if now.time < self.state.since:
             return None
         self._remember(now)
@@ -228,16 +341,16 @@ class PressureControl:
         begin = now.time + self.settings.hold
         rate = -self.settings.deflation_rate
         self._enter(Phase.DEFLATION, begin)
-        return Decision(Command(now.pressure, begin, rate, self.settings.lowest), reason)
+        return Decision(PressureRamp(now.pressure, begin, rate, self.settings.lowest), reason)
 
     def _end_cycle(self, now: Sensed, reason: str) -> Decision:
         self.state.cycles_done += 1
         if self.state.cycles_done == self.settings.count:
             self._enter(Phase.REST, now.time)
-            return Decision(Command(now.pressure, now.time, 0.0, now.pressure), reason)
+            return Decision(PressureRamp(now.pressure, now.time, 0.0, now.pressure), reason)
         self._enter(Phase.INFLATION, now.time)
         rate = self.settings.inflation_rate
-        return Decision(Command(now.pressure, now.time, rate, self.settings.highest), reason)
+        return Decision(PressureRamp(now.pressure, now.time, rate, self.settings.highest), reason)
 
     def _enter(self, phase: Phase, since: float) -> None:
         state = self.state

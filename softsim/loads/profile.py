@@ -271,7 +271,7 @@ def cycles_of(profile: Profile) -> list[Cycle]:
 # Profiles in Taichi fields: values of a table of points over time.
 
 LEAST_ROOM = 8
-"""Minimum capacity of a table in points, enough for a command mapped by the scale of a gauge."""
+"""Minimum capacity of a table in points, enough for a ramp mapped by the scale of a gauge."""
 
 
 class ProfileTable:

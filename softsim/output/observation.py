@@ -16,8 +16,6 @@ from softsim.contact.wall import Wall
 from softsim.elements.cable import Cable
 from softsim.elements.fibre import Fibre
 from softsim.elements.geometry import cauchy_stress, measure_elements
-from softsim.loads.air_line import AirLine
-from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
 from softsim.loads.pulled_cable import PulledCable
@@ -48,12 +46,8 @@ def columns(model: Model) -> dict[str, str]:
     # Of each of several, what its gauge shows.
     first |= dict.fromkeys(several_chambers(model), "Pa")
     first["cycles_done"] = "-"  # cycles of the pressure that have ended
-    if chamber is not None and isinstance(chamber.drive.course, ControlledPressure):
-        first |= {"cycle": "-", "phase": "-"}  # from 1; loads/pressure_control.Phase
-    if chamber is not None and chamber.drive.asks_volume:
-        first["chamber_volume"] = "m^3"  # enclosed by the surface of the robot's chamber
     if chamber is not None:
-        first |= chamber.drive.columns
+        first |= chamber.source.columns
     if model.robot.frame is not None:
         first |= frame_columns(axes)
     cables = [data.cable for data in model.cables]
@@ -156,9 +150,10 @@ class Observer:
         row = self.blank.copy()
         row["time"] = scenario.time
         if model.chamber is not None:
-            row |= chamber_readings(scenario, model.chamber)
+            row |= scenario.term_of(model.chamber).chamber_readings(scenario.number, scenario.time)
         for name, chamber in self.chambers.items():
-            row[name] = chamber_readings(scenario, chamber)["pressure"]
+            term = scenario.term_of(chamber)
+            row[name] = term.chamber_readings(scenario.number, scenario.time)["pressure"]
         if model.robot.frame is not None:
             row |= frame_readings(frame_pose(scenario, model.robot.frame))
         row["contact_count"] = walls.contact_count
@@ -203,24 +198,6 @@ class Observer:
             values = probe_values(self.scenario, probe, x).tolist()
             found |= dict(zip(names, values, strict=True))
         return found
-
-
-def chamber_readings(scenario: Scenario, load: FollowerPressure) -> dict[str, float]:
-    """Return the pressure of a chamber, and its volume if its pressure source needs that."""
-    term = scenario.term_of(load)
-    drive = term.drives[scenario.number]
-    if isinstance(drive, GivenPressure):
-        now = {
-            "pressure": float(drive.profile.at(scenario.time)),
-            "section_pressure": float(drive.section_profile.at(scenario.time)),
-        }
-    else:
-        now = dict.fromkeys(("pressure", "section_pressure"), float(scenario.read(term.pressure)))
-    if load.drive.asks_volume:
-        now["chamber_volume"] = float(scenario.read(term.volume))
-    if isinstance(load.drive, AirLine):
-        now |= term.source.readings(scenario.number, now["section_pressure"])
-    return now
 
 
 def several_chambers(model: Model) -> dict[str, FollowerPressure]:

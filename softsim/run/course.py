@@ -19,10 +19,15 @@ from softsim.analysis.measures import failed_expectations, measures
 from softsim.analysis.passage import CrossingCondition, PassageCondition
 from softsim.compute import backend
 from softsim.errors import ExpectationError, SoftsimError, StabilityError
-from softsim.loads.air_line import AirLineSource
-from softsim.loads.drive import ControlledPressure, ControlledPressureSource, Scheduled
-from softsim.loads.pressure import Filling
-from softsim.loads.pressure_control import ControlState, EventCycles, PressureControl, Sensed
+from softsim.loads.air_line import AirLineKernel
+from softsim.loads.pressure import PressureSource
+from softsim.loads.pressure_control import (
+    ControlledPressureKernel,
+    ControlState,
+    EventCycles,
+    PressureControl,
+    Sensed,
+)
 from softsim.model import Model
 from softsim.output.console import Progress
 from softsim.output.folder import Checkpoint
@@ -81,12 +86,12 @@ class OpenLoop:
 
     state: ControlState | None = None
 
-    def __init__(self, scenario: Scenario, drive: Scheduled | None) -> None:
-        self.scenario, self.drive = scenario, drive
+    def __init__(self, scenario: Scenario, source: PressureSource | None) -> None:
+        self.scenario, self.source = scenario, source
 
     def cycles_done(self) -> int:
         """Return the number of pressure cycles that have ended; 0 without a falling pressure."""
-        return 0 if self.drive is None else self.drive.cycles_done(self.scenario.time)
+        return 0 if self.source is None else self.source.cycles_done(self.scenario.time)
 
     def readings(self) -> dict[str, float]:
         """Return the values of the column `cycles_done`."""
@@ -105,16 +110,16 @@ class ClosedLoop:
     def __init__(
         self,
         scenario: Scenario,
-        source: ControlledPressureSource | AirLineSource,
+        kernel: ControlledPressureKernel | AirLineKernel,
         settings: EventCycles,
         state: ControlState | None,
     ) -> None:
-        self.scenario, self.source = scenario, source
+        self.scenario, self.kernel = scenario, kernel
         self.control = PressureControl(settings, state)
 
     @property
     def state(self) -> ControlState:
-        """State for a checkpoint; the command in force is in the solver's state."""
+        """State for a checkpoint; the ramp of its pressure is in the solver's state."""
         return self.control.state
 
     def cycles_done(self) -> int:
@@ -130,15 +135,15 @@ class ClosedLoop:
         }
 
     def follow(self, row: Mapping[str, float]) -> None:
-        """Pass a row of the history to the control, and send its command, if any, to the solver."""
+        """Pass a row of the history to the control, and pass its ramp, if any, to the solver."""
         decision = self.control.sense(sensed(row))
         if decision is None:
             return
-        self.source.obey(self.scenario.number, decision.command)
+        self.kernel.set_ramp(self.scenario.number, decision.ramp)
         log.info(
             "t = %.6g s, cycle %d: %s at %.4g kPa, now %+.4g kPa/s",
             row["time"], row["cycle"], decision.reason, 1e-3 * row["pressure"],
-            1e-3 * decision.command.rate,
+            1e-3 * decision.ramp.rate,
         )  # fmt: skip
 
 
@@ -147,10 +152,10 @@ def feedback(scenario: Scenario, state: ControlState | None) -> OpenLoop | Close
     chamber = scenario.model.chamber
     if chamber is None:
         return OpenLoop(scenario, None)
-    course = chamber.drive.course
-    if isinstance(course, ControlledPressure):
-        return ClosedLoop(scenario, scenario.term_of(chamber).source, course.settings, state)
-    return OpenLoop(scenario, course)
+    settings = chamber.source.control
+    if settings is not None:
+        return ClosedLoop(scenario, scenario.term_of(chamber).kernel, settings, state)
+    return OpenLoop(scenario, chamber.source)
 
 
 def sensed(row: Mapping[str, float]) -> Sensed:
@@ -497,11 +502,13 @@ class Run:
     def _refuse_collapsed_chambers(self) -> None:
         scenario = self.scenario
         for load in self.model.pressures:
-            if isinstance(load.drive, Filling):
+            if load.source.asks_volume:
                 term = scenario.term_of(load)
                 volume, pressure = (float(scenario.read(f)) for f in (term.volume, term.pressure))
                 with self._failed_frame_kept():
-                    refuse_collapsed_chamber(load.name, load.drive, volume, pressure, scenario.time)
+                    refuse_collapsed_chamber(
+                        load.name, load.source, volume, pressure, scenario.time
+                    )
 
     @contextmanager
     def _failed_frame_kept(self) -> Iterator[None]:

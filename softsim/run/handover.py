@@ -13,7 +13,6 @@ import numpy as np
 
 from softsim.compute.machine import Choice
 from softsim.errors import OutputError
-from softsim.loads.drive import ControlledPressure
 from softsim.loads.pressure_control import ControlState
 from softsim.model import Model
 from softsim.output.console import Progress
@@ -68,15 +67,15 @@ class EarlierStep:
         else:
             solver.come_to_rest(progress.time_increment)
         chamber = scenario.model.chamber
-        if chamber is None or not isinstance(chamber.drive.course, ControlledPressure):
+        if chamber is None or chamber.source.control is None:
             return None
-        settings = chamber.drive.course.settings
+        settings = chamber.source.control
         if settings.start < progress.time:
             return progress.control
         # It begins in this step, with the pressure that is there.
         term = scenario.term_of(chamber)
-        now = replace(settings.first_command(), pressure=float(scenario.read(term.pressure)))
-        term.source.obey(scenario.number, now)
+        now = replace(settings.first_ramp(), pressure=float(scenario.read(term.pressure)))
+        term.kernel.set_ramp(scenario.number, now)
         return None
 
     def jumps(self, scenario: Scenario) -> dict[str, str]:

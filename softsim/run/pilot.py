@@ -23,7 +23,6 @@ from softsim.errors import OutputError, StabilityError
 from softsim.model import Model
 from softsim.output.compiling import compiling
 from softsim.output.folder import RunFolder
-from softsim.output.observation import chamber_readings
 from softsim.run.batch import Batch
 from softsim.run.course import Run
 from softsim.run.record import RunFiles
@@ -198,8 +197,10 @@ def _stopped(run: Run, factor: float) -> str:
     """
     if not isinstance(run.outcome, StabilityError):
         return ""
+    s = run.scenario
     gauges = {
-        load.name: chamber_readings(run.scenario, load)["pressure"] for load in run.model.pressures
+        load.name: s.term_of(load).chamber_readings(s.number, s.time)["pressure"]
+        for load in run.model.pressures
     }
     told = ", ".join(f"'{name}' at {1e-3 * pressure:.3g} kPa" for name, pressure in gauges.items())
     shown = f" with {told}" if told else ""

@@ -14,16 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from softsim.builder.chambers import commanded
 from softsim.compute import backend
 from softsim.compute.machine import AUTO, choose
 from softsim.errors import Interrupted, SimulationError, SoftsimError
 from softsim.interruption import stop_signals
 from softsim.loads import profile
-from softsim.loads.drive import ControlledPressure
 from softsim.loads.load import Load
-from softsim.loads.pressure import FollowerPressure
-from softsim.loads.pressure_control import Command
+from softsim.loads.pressure import FollowerPressure, PressureSource
+from softsim.loads.pressure_control import PressureRamp
 from softsim.loads.rotor import Rotor, RotorForce
 from softsim.model import Model
 from softsim.output.folder import Checkpoint
@@ -89,7 +87,7 @@ class Saved:
     block_start: float
     done_in_block: int
     is_commanded: bool
-    drives: list[Any] = field(repr=False)
+    sources: list[PressureSource] = field(repr=False)
     rotors: list[RotorForce] = field(repr=False)
 
 
@@ -341,20 +339,20 @@ class Simulation:
                 "numbers, and the time at least zero"
             )
         scenario, term, now = self._scenario, self._scenario.term_of(load), self.time
-        drive = term.drives[scenario.number]
-        if isinstance(drive.course, ControlledPressure):
+        source: PressureSource = term.sources[scenario.number]
+        if source.control is not None:
             start = float(scenario.read(term.pressure)) if within > 0.0 else value
             rate = (value - start) / within if within > 0.0 else 0.0
-            term.source.obey(scenario.number, Command(start, now, rate, value))
+            term.kernel.set_ramp(scenario.number, PressureRamp(start, now, rate, value))
         else:
-            if drive.stiffens and value > (most := float(load.drive.profile.values.max())):
+            if value > (most := load.source.stiffest_value):
                 raise SimulationError(
                     f"'{name}' cannot be set to {value:.6g}: the stable step was computed for at "
                     f"most {most:.6g}, the highest value of its profile in the scene",
                     hint="raise the highest value of the profile in the scene",
                 )
-            course = profile.ramp(now, float(drive.course.profile.at(now)), within, value)
-            term.follow(scenario.number, commanded(self._said(name), drive, course))
+            change = profile.ramp(now, source.value_at(now), within, value)
+            term.follow(scenario.number, source.with_profile(change))
         if load is self.model.chamber:
             self._command()
 
@@ -399,9 +397,6 @@ class Simulation:
     def _names(self, kind: type) -> tuple[str, ...]:
         return tuple(name for name, load in self._loads.items() if isinstance(load, kind))
 
-    def _said(self, name: str) -> Any:
-        return self.loaded.scene.loads[name]
-
     def _motors(self) -> tuple[Rotor, ...]:
         return self.model.of_kind(Rotor)
 
@@ -432,7 +427,7 @@ class Simulation:
             float(self._solver.block_starts[s]),
             int(self._solver.done_in_block[s]),
             self._is_commanded,
-            [term_of(pressure).drives[s] for pressure in self.model.pressures],
+            [term_of(pressure).sources[s] for pressure in self.model.pressures],
             [term_of(motor).rotors[s] for motor in self._motors()],
         )
 
@@ -462,10 +457,8 @@ class Simulation:
         self._asked, self._left = saved.asked, saved.left
         self._solver.block_starts[s] = saved.block_start
         self._solver.done_in_block[s] = saved.done_in_block
-        for pressure, drive in zip(self.model.pressures, saved.drives, strict=True):
-            # The command of a controlled one is in the solver's state.
-            if not isinstance(drive.course, ControlledPressure):
-                term_of(pressure).follow(s, drive)
+        for pressure, source in zip(self.model.pressures, saved.sources, strict=True):
+            term_of(pressure).follow(s, source)
         for motor, rotor in zip(self._motors(), saved.rotors, strict=True):
             term_of(motor).follow(s, rotor)
         self._is_commanded = saved.is_commanded

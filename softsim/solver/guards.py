@@ -8,7 +8,7 @@ import numpy as np
 
 from softsim.elements.geometry import Region, measure_elements
 from softsim.errors import StabilityError
-from softsim.loads.pressure import Filling
+from softsim.loads.pressure import PressureSource
 from softsim.loads.rotor import Rotor
 from softsim.model import Body, Model, Relaxation
 from softsim.solver.stable_step import StableStep
@@ -72,12 +72,12 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
 
 def thinning_advice(model: Model) -> str:
     """Return the advice on elements that become too thin, by the pressure sources of the model."""
-    advice = dict.fromkeys(load.drive.thinning_advice for load in model.pressures)
+    advice = dict.fromkeys(load.source.thinning_advice for load in model.pressures)
     return "; ".join(advice) or "the load deforms elements too much: lower it"
 
 
 def refuse_collapsed_chamber(
-    name: str, drive: Filling, volume: float, pressure: float, time: float
+    name: str, source: PressureSource, volume: float, pressure: float, time: float
 ) -> None:
     """Raise StabilityError if a chamber is turned inside out or its pressure is below vacuum.
 
@@ -85,17 +85,17 @@ def refuse_collapsed_chamber(
     enclosed volume at `time` [s]. pressure [Pa]: above the ambient one.
     """
     shown = f"{1e-3 * pressure:.4g} kPa"
-    if volume <= 0.0 < drive.initial_volume:
+    if volume <= 0.0 < source.initial_volume:
         raise StabilityError(
             f"chamber '{name}' is turned inside out at t = {time:.6g} s: it encloses "
             f"{1e6 * volume:.4g} ml, at a pressure of {shown}",
-            f"remove less than the {1e6 * drive.initial_volume:.4g} ml that it holds at the "
+            f"remove less than the {1e6 * source.initial_volume:.4g} ml that it holds at the "
             "start; to let its walls touch before that, name its body in contact.self_contact",
         )
-    if pressure < -drive.ambient_pressure:
+    if pressure < -source.ambient_pressure:
         raise StabilityError(
             f"the pressure in chamber '{name}' is below vacuum at t = {time:.6g} s: {shown}, and "
-            f"vacuum is {-1e-3 * drive.ambient_pressure:.4g} kPa; it encloses "
+            f"vacuum is {-1e-3 * source.ambient_pressure:.4g} kPa; it encloses "
             f"{1e6 * volume:.4g} ml",
             "remove less from it, or remove it more slowly",
         )

@@ -14,17 +14,9 @@ from scipy.spatial import cKDTree
 from softsim.elements.fibre import Fibre, holding_cells
 from softsim.elements.geometry import Region
 from softsim.elements.plane_strain import PlaneStrain
-from softsim.loads.air_line import LAMINAR, AirLine, Course
-from softsim.loads.drive import (
-    ATMOSPHERE,
-    AddedGas,
-    AddedVolume,
-    ControlledPressure,
-    GivenPressure,
-)
 from softsim.loads.nodal import RisingGravity
 from softsim.loads.prescribed import PrescribedMotion, RigidMotion
-from softsim.loads.pressure import FollowerPressure
+from softsim.loads.pressure import ATMOSPHERE, FollowerPressure
 from softsim.loads.profile import Profile
 from softsim.loads.rotor import Rotor
 from softsim.materials.fitting import instability_stretch
@@ -261,9 +253,9 @@ def pressure_doubts(model: Model) -> dict[str, str]:
     softest = min(r.material.law.initial_shear_modulus for r in model.regions)
     found = {}
     for load in model.pressures:
-        if not isinstance(load.drive, GivenPressure):
-            continue  # to what a pump or a control leads, the body decides
-        values = load.drive.section_profile.values
+        values = load.source.pressure_values
+        if values is None:
+            continue  # the pressure due to a pump or a control depends on the body
         lowest, highest = float(values.min()), float(np.abs(values).max())
         if highest > LARGEST_PRESSURE_RATIO * softest:
             found[f"pressure of {load.name}"] = (
@@ -284,54 +276,8 @@ def air_line_doubts(model: Model) -> dict[str, str]:
     return {
         f"{kind} of {load.name}": f"load '{load.name}': {text}"
         for load in model.pressures
-        if isinstance(load.drive, AirLine)
-        for kind, text in doubts_of_line(load.drive)
+        for kind, text in load.source.warnings().items()
     }
-
-
-def doubts_of_line(line: AirLine) -> Iterator[tuple[str, str]]:
-    """Return the kind and text of each warning of an air line."""
-    ml = 1e6 / line.ambient_density  # kg to ml of ambient air
-    reynolds = line.tube.reynolds_number(line.pump_flow)
-    if reynolds > LAMINAR:
-        yield (
-            "flow",
-            f"at {ml * line.pump_flow:.3g} ml/s the flow in the tube has a Reynolds number of "
-            f"{reynolds:.0f}; above {LAMINAR:.0f} it is no longer laminar, and the real "
-            "pressure loss is larger than the computed one",
-        )
-    highest, fall, lowest = extremes(line.course)
-    passed, pumped = line.through_tube(highest, 0.0), line.pumped(highest)
-    if passed < pumped:
-        yield (
-            "pump",
-            f"at {1e-3 * highest:.4g} kPa the tube passes {ml * passed:.3g} ml/s into an empty "
-            f"chamber, and the pump delivers {ml * pumped:.3g} ml/s: the sensor reaches the "
-            "highest pressure long before the chamber does, and the pump switches on and "
-            "off; use a wider or shorter tube, or a smaller pump",
-        )
-    least = fall * line.room(line.initial_volume) / line.specific_energy
-    released = line.released(lowest + line.band)
-    if released < least:
-        yield (
-            "valve",
-            f"a fall of {1e-3 * fall:.3g} kPa/s needs at least {ml * least:.3g} ml/s, but at "
-            f"{1e-3 * lowest:.4g} kPa the tube and the open valve release {ml * released:.3g} "
-            "ml/s: the pressure will fall more slowly, with the valve open",
-        )
-
-
-def extremes(course: Course) -> tuple[float, float, float]:
-    """Return the highest target pressure [Pa], the steepest fall [Pa/s] and its end [Pa]."""
-    if isinstance(course, ControlledPressure):
-        rules = course.settings
-        return rules.highest, rules.deflation_rate, rules.lowest
-    times, values = course.profile.times, course.profile.values
-    rates = -np.diff(values) / np.diff(times)
-    if not (rates > 0.0).any():
-        return float(values.max()), 0.0, float(values[-1])
-    steepest = int(np.argmax(rates))
-    return float(values.max()), float(rates[steepest]), float(values[steepest + 1])
 
 
 def pace_doubts(model: Model) -> dict[str, str]:
@@ -439,23 +385,20 @@ def filling_doubts(model: Model) -> dict[str, str]:
     """Return warnings of chambers whose added content or line is far larger than the chamber."""
     found = {}
     for load in model.pressures:
-        drive = load.drive
-        if isinstance(drive, AddedVolume | AddedGas):
-            most = float(drive.profile.values.max())
-            if most > LARGEST_FILLING * drive.content > 0.0:
-                found[f"filling of {load.name}"] = (
-                    f"load '{load.name}' adds {most / drive.content:.3g} times the initial "
-                    f"content of its chamber, {1e6 * drive.initial_volume:.4g} ml: check its "
-                    "unit"
-                )
-        if isinstance(drive, AddedGas | AirLine):
-            line = drive.side_volume + (drive.line_volume if isinstance(drive, AirLine) else 0.0)
-            if line > LARGEST_LINE * drive.initial_volume > 0.0:
-                found[f"line of {load.name}"] = (
-                    f"load '{load.name}' has {1e6 * line:.4g} ml of gas outside its chamber of "
-                    f"{1e6 * drive.initial_volume:.4g} ml: check the unit of its dead volume "
-                    "or line"
-                )
+        source = load.source
+        if source.filling_ratio > LARGEST_FILLING:
+            found[f"filling of {load.name}"] = (
+                f"load '{load.name}' adds {source.filling_ratio:.3g} times the initial "
+                f"content of its chamber, {1e6 * source.initial_volume:.4g} ml: check its "
+                "unit"
+            )
+        outside = source.gas_outside
+        if outside > 0.0 and outside > LARGEST_LINE * source.initial_volume > 0.0:
+            found[f"line of {load.name}"] = (
+                f"load '{load.name}' has {1e6 * outside:.4g} ml of gas outside its chamber of "
+                f"{1e6 * source.initial_volume:.4g} ml: check the unit of its dead volume "
+                "or line"
+            )
     return found
 
 

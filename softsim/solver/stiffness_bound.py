@@ -357,7 +357,7 @@ def chamber_vectors(model: Model, x: np.ndarray) -> list[np.ndarray]:
     """
     vectors = []
     for load in model.pressures:
-        stiffness = load.drive.stiffness(load.volume(x))
+        stiffness = load.source.stiffness(load.volume(x))
         if stiffness > 0.0:
             gradient = volume_gradient(load.geometry, load.facets, x)
             vectors.append(np.sqrt(stiffness) * (gradient * inverse_sqrt_mass(model)).ravel())

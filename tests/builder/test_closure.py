@@ -39,7 +39,7 @@ def test_a_tube_with_held_rims_is_closed_by_two_lids(build, cells):
     steps = np.diff(np.append(angles, angles[0] + 2 * np.pi))
     polygon = 0.5 * 7.5e-3**2 * np.sin(steps).sum()
     assert load.volume(model.points) == pytest.approx(polygon * 30e-3, rel=1e-9)
-    assert load.drive.initial_volume == pytest.approx(load.volume(model.points))
+    assert load.source.initial_volume == pytest.approx(load.volume(model.points))
     # Two fans over polygons of `around` corners.
     assert len(load.lids) == 2 * (around - 2)
 

@@ -41,7 +41,7 @@ def test_the_end_is_the_end_of_the_cycle(build, profile, cycles, end):
     model = build(SCENE + profile, f"time.cycles={cycles}")
     assert model.cycles == cycles
     assert model.end_time == pytest.approx(end, rel=1e-14)
-    assert model.pressures[0].drive.cycle_count >= cycles
+    assert model.pressures[0].source.cycle_count >= cycles
 
 
 def test_without_cycles_the_run_takes_its_time(build):

@@ -3,7 +3,7 @@
 import pytest
 
 from softsim.errors import SceneError
-from softsim.loads.drive import ControlledPressure
+from softsim.loads.pressure_control import ControlledPressure
 
 SCENE = """\
 bodies:
@@ -32,20 +32,20 @@ SECOND = (
 
 
 def test_what_the_scene_says(build):
-    drive = build(SCENE, "loads.air.profile.hold=0.3 s", "loads.air.profile.count=3").pressures[0]
-    settings = drive.drive.settings
-    assert isinstance(drive.drive, ControlledPressure)
+    load = build(SCENE, "loads.air.profile.hold=0.3 s", "loads.air.profile.count=3").pressures[0]
+    settings = load.source.settings
+    assert isinstance(load.source, ControlledPressure)
     assert (settings.highest, settings.lowest, settings.start) == (9e3, 1e3, 0.0)
     assert (settings.inflation_rate, settings.deflation_rate) == (4e3, 2e3)
     assert (settings.contact_rows, settings.least_rows, settings.contact_force) == (0, 0, 0.5)
     assert (settings.motion_speed, settings.motion_window) == (20e-3, 0.2)
     assert (settings.contact_window, settings.hold, settings.count) == (20e-3, 0.3, 3)
-    assert build(SCENE).pressures[0].drive.settings.count is None
+    assert build(SCENE).pressures[0].source.settings.count is None
 
 
 def test_other_chambers_may_follow(build):
     model = build(SCENE.replace("time:", SECOND + "time:"))
-    assert isinstance(model.pressures[0].drive, ControlledPressure)
+    assert isinstance(model.pressures[0].source, ControlledPressure)
     assert len(model.pressures) == 2
 
 

@@ -25,7 +25,7 @@ UNIT = {"Pa": "kPa", "N": "kN", "m": "m", "m/s": "m/s", "m^3": "m^3", "kg": "kg"
 IN_SI = {"Pa": 1e3, "N": 1e3, "N/m^3": 1e3}
 NODES = "nodes: b.top"
 LOADS = {
-    "follower_pressure": ("facets: [b.top], profile", "Pa", lambda x: x.drive.section_profile),
+    "follower_pressure": ("facets: [b.top], profile", "Pa", lambda x: x.source.facet_profile),
     "nodal_force": (f"{NODES}, direction: [0, 2], profile", "N", lambda x: x.share),
     "surface_traction": (
         "facets: [b.top], direction: [0, 2], profile", "Pa", lambda x: x.share
@@ -103,7 +103,7 @@ def test_a_chamber_takes_every_profile_of_volume_and_of_gas(kind, load):
         f"profile: {profile_text(kind, CHAMBERS[load])}}}}}",
     ])  # fmt: skip
     [chamber] = build_model(scene).pressures
-    assert_follows(chamber.drive.profile, kind)
+    assert_follows(chamber.source.profile, kind)
 
 
 def motions(model):

@@ -35,9 +35,9 @@ def with_profile(profile):
     ],
 )
 def test_the_facets_feel_the_profile(build, profile, at, pressure):
-    drive = build(with_profile(profile)).pressures[0].drive
-    assert drive.section_profile.at(at) == pytest.approx(pressure, abs=1e-9)
-    assert drive.section_profile.at(at) == drive.profile.at(at)
+    source = build(with_profile(profile)).pressures[0].source
+    assert source.facet_profile.at(at) == pytest.approx(pressure, abs=1e-9)
+    assert source.facet_profile.at(at) == source.profile.at(at)
 
 
 def test_the_forces_are_those_of_the_overpressure_reversed(build, start):

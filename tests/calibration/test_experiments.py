@@ -39,7 +39,7 @@ def test_nothing_acts_but_the_air_and_all_of_it(section):
     model = build_model(inflation(section, 10e3, 0.2))
     assert before.of_kind(Rotor) and not model.of_kind(Rotor)
     assert not model.gravity.any()
-    profile = model.pressures[0].drive.section_profile
+    profile = model.pressures[0].source.facet_profile
     assert profile.at(0.2) == pytest.approx(10e3, rel=1e-12)
     assert profile.at(0.1) == pytest.approx(5e3, rel=1e-12)  # smooth: u^2 (3 - 2u) at u = 1/2
     assert model.contact.friction_coefficient == before.contact.friction_coefficient

@@ -6,7 +6,7 @@ import pytest
 from softsim.compute import fields
 from softsim.errors import StabilityError
 from softsim.loads.air_line import AirLine, Tube
-from softsim.loads.drive import GivenPressure
+from softsim.loads.pressure import PrescribedPressure
 from softsim.loads.profile import Profile
 
 ENERGY = 287.05 * 293.15
@@ -22,7 +22,7 @@ def line(tube, *points, volume=5e-6, line_volume=2e-6, pump=10e-6, stall=1e9):
     """An air line whose sensor is to show what `points` [s, Pa] say; pump: [m^3/s]."""
     profile = Profile(*np.array(points).T)
     return AirLine(
-        course=GivenPressure(profile, profile), initial_volume=volume, volume_ratio=1.0,
+        set_point=PrescribedPressure.at_gauge(profile), initial_volume=volume, volume_ratio=1.0,
         side_volume=0.0, line_volume=line_volume, specific_energy=ENERGY,
         ambient_pressure=AMBIENT, tube=tube, valve=VALVE, pump_flow=DENSITY * pump,
         stall=stall, band=100.0,
@@ -38,9 +38,9 @@ def course(fresh_taichi):
 
     @ti.data_oriented
     class Course:
-        def __init__(self, drive, breath=0.0):
-            self.drive, self.breath = drive, breath
-            self.source = drive.source([drive])
+        def __init__(self, source, breath=0.0):
+            self.source, self.breath = source, breath
+            self.kernel = source.kernel([source])
             self.shown = ti.field(backend.real, shape=())
 
         @ti.kernel
@@ -49,25 +49,25 @@ def course(fresh_taichi):
             for k in range(first, first + count):
                 t = (k + 1) * dt
                 volume = rest + breath * ti.sin(31.415926535897932 * t)
-                self.shown[None] = self.source.pressure(0, t, volume)
+                self.shown[None] = self.kernel.pressure(0, t, volume)
 
         def go(self, count, dt, first=0):
             """Pressure in the chamber [Pa] after `count` increments of `dt` [s]."""
-            self._go(first, count, dt, self.drive.initial_volume, self.breath)
+            self._go(first, count, dt, self.source.initial_volume, self.breath)
             return self.shown[None]
 
         def sensor(self):
-            return self.source.readings(0, self.shown[None])["pressure"]
+            return self.kernel.readings(0, self.source, self.shown[None])["pressure"]
 
         def gas(self):
-            masses = (self.source.line_mass, self.source.chamber_mass)
+            masses = (self.kernel.line_mass, self.kernel.chamber_mass)
             return sum(float(fields.read(mass)[0]) for mass in masses)
 
         def state(self):
-            return {name: fields.read(f).copy() for name, f in self.source.state_fields().items()}
+            return {name: fields.read(f).copy() for name, f in self.kernel.state_fields().items()}
 
         def take(self, state):
-            for name, field in self.source.state_fields().items():
+            for name, field in self.kernel.state_fields().items():
                 fields.write(field, state[name])
 
     return Course
@@ -109,7 +109,7 @@ def test_discharge_of_a_rigid_volume(course):
 def test_gas_is_kept(course):
     """Pump off, valve closed, a chamber that breathes: 200,000 increments of round-off."""
     run = course(line(LONG, (0.0, 20e3)), breath=0.5e-6)
-    fields.write(run.source.line_mass, 3.0 * DENSITY * 2e-6)
+    fields.write(run.kernel.line_mass, 3.0 * DENSITY * 2e-6)
     before = run.gas()
     run.go(200_000, 1e-5)
     assert run.gas() == pytest.approx(before, rel=1e-12)
@@ -148,7 +148,7 @@ def test_the_sensor_is_kept_within_its_bounds(course):
     seen = []
     for first in range(12_000, 20_000, 100):
         run.go(100, 1e-4, first=first)
-        seen.append(run.sensor() - run.drive.course.profile.at(1e-4 * (first + 100)))
+        seen.append(run.sensor() - run.source.set_point.profile.at(1e-4 * (first + 100)))
     assert max(map(abs, seen)) < 150.0
     assert run.shown[None] > run.sensor()
 
@@ -161,4 +161,4 @@ def test_a_moment_that_comes_twice_passes_once(course):
 def test_a_chamber_without_room_is_told(course):
     run = course(line(LONG, (0.0, 10e3)))
     with pytest.raises(StabilityError, match="has become zero"):
-        run.source.readings(0, -AMBIENT - 1.0)
+        run.kernel.readings(0, run.source, -AMBIENT - 1.0)

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from softsim.loads.pressure_control import (
-    Command,
     ControlState,
     EventCycles,
     Phase,
     PressureControl,
+    PressureRamp,
     Sensed,
     forward_speed,
 )
@@ -30,7 +30,7 @@ CYCLES = EventCycles(
 UNASKED = replace(CYCLES, least_rows=0)  # contact is never lost
 
 
-def pressure(command: Command, t: float) -> float:
+def pressure(command: PressureRamp, t: float) -> float:
     """What a command says, in the words of its definition."""
     low, high = sorted((command.pressure, command.target))
     return min(max(command.pressure + command.rate * (t - command.time), low), high)
@@ -52,12 +52,12 @@ def rows_of(control, command, felt, end, begin=0):
         decision = control.sense(sensed(t, p, *felt(t, p, phase)))
         if decision is not None:
             decisions.append((t, p, decision.reason))
-            command = decision.command
+            command = decision.ramp
     return seen, decisions
 
 
 def course(settings_, felt, end):
-    return rows_of(PressureControl(settings_), settings_.first_command(), felt, end)
+    return rows_of(PressureControl(settings_), settings_.first_ramp(), felt, end)
 
 
 def pipe(t, p, phase):
@@ -226,7 +226,7 @@ def test_the_speed_of_a_line_is_its_own_along_the_axis():
 
 def test_time_scaled_cycles_have_the_same_course_sooner():
     fast = CYCLES.time_scaled(10.0)
-    command, soon = CYCLES.first_command(), fast.first_command()
+    command, soon = CYCLES.first_ramp(), fast.first_ramp()
     assert pressure(soon, 0.05) == pytest.approx(pressure(command, 0.5))
     assert fast.hold == pytest.approx(0.01)
     assert (fast.highest, fast.motion_speed) == (CYCLES.highest, CYCLES.motion_speed)
@@ -280,7 +280,7 @@ def test_a_control_goes_on_from_what_was_written_of_it(feelings, cut):
     """Stopped after any row, written as JSON and read again: the same to the last bit."""
     felt = moody(feelings)
     whole, decisions = course(CYCLES, felt, 4.0)
-    control, command = PressureControl(CYCLES), CYCLES.first_command()
+    control, command = PressureControl(CYCLES), CYCLES.first_ramp()
     first, early = rows_of(control, command, felt, cut * ROW)
     if early:
         command = command_after(felt, cut)
@@ -294,10 +294,10 @@ def test_a_control_goes_on_from_what_was_written_of_it(feelings, cut):
 
 def command_after(felt, cut):
     """The command in force after row number `cut`."""
-    control, command = PressureControl(CYCLES), CYCLES.first_command()
+    control, command = PressureControl(CYCLES), CYCLES.first_ramp()
     for k in range(cut + 1):
         t = k * ROW
         p = pressure(command, t)
         decision = control.sense(sensed(t, p, *felt(t, p, control.phase_at(t))))
-        command = command if decision is None else decision.command
+        command = command if decision is None else decision.ramp
     return command

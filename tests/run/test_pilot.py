@@ -38,8 +38,8 @@ def test_time_scaled_loads_are_the_same_at_an_earlier_time(build):
     assert fast.chamber is fast.pressures[0]
     t = np.linspace(0.0, 50e-3, 23)
     pairs = [
-        (model.pressures[0].drive.profile, fast.pressures[0].drive.profile),
-        (model.pressures[0].drive.section_profile, fast.pressures[0].drive.section_profile),
+        (model.pressures[0].source.profile, fast.pressures[0].source.profile),
+        (model.pressures[0].source.facet_profile, fast.pressures[0].source.facet_profile),
         (model.of_kind(PrescribedMotion)[0].profile, fast.of_kind(PrescribedMotion)[0].profile),
         (model.of_kind(NodalForce)[0].share, fast.of_kind(NodalForce)[0].share),
     ]

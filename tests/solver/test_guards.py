@@ -181,10 +181,10 @@ def test_advice_follows_what_drives_the_chamber(build, kind):
 def test_a_collapsed_chamber_is_refused(build, kind, value):
     """Inside out, or below vacuum."""
     [load] = build(LINER.replace("KIND", kind).replace("VALUE", value)).pressures
-    refuse_collapsed_chamber(load.name, load.drive, 1e-6, -101e3, 0.25)
+    refuse_collapsed_chamber(load.name, load.source, 1e-6, -101e3, 0.25)
     with pytest.raises(StabilityError, match=r"'air' is turned inside out at t = 0\.25 s.* -2 ml"):
-        refuse_collapsed_chamber(load.name, load.drive, -2e-6, 0.0, 0.25)
+        refuse_collapsed_chamber(load.name, load.source, -2e-6, 0.0, 0.25)
     with pytest.raises(
         StabilityError, match=r"'air' is below vacuum .* -102 kPa, and vacuum is -101\.3"
     ):
-        refuse_collapsed_chamber(load.name, load.drive, 1e-6, -102e3, 0.25)
+        refuse_collapsed_chamber(load.name, load.source, 1e-6, -102e3, 0.25)

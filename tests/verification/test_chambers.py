@@ -105,10 +105,10 @@ def test_liquid_takes_a_sphere_past_its_limit_point(run, build, record_verificat
         ends = 2.0 * PLATEAU * np.arange(1, len(STRETCHES) + 1)
         at = [np.flatnonzero(h["time"] <= end * (1 + 1e-9))[-1] for end in ends[:-1]] + [-1]
         pressure, volume = h["pressure"][at], h["chamber_volume"][at]
-        start, K = chamber.drive.initial_volume, chamber.drive.bulk_modulus
+        start, K = chamber.source.initial_volume, chamber.source.bulk_modulus
         assert h["chamber_volume"][0] == pytest.approx(start, rel=1e-12)
 
-        added = chamber.drive.profile.at(h["time"][at])
+        added = chamber.source.profile.at(h["time"][at])
         np.testing.assert_allclose(volume - start - added, -start * pressure / K, rtol=1e-6)
         assert np.all(np.abs(volume - start - added) < 0.005 * start)  # stiff enough to measure by
 
@@ -306,18 +306,18 @@ def test_two_holes_in_a_box(run, build):
         area_y = 0.5 * np.cross(b - a, c - a)[:, 1]  # out of the chamber, into the material
         return ((a + b + c)[:, 1] / 3.0 * area_y).sum()
 
-    drives = [load.drive for load in build(BOX).pressures]
-    for name, drive, added, size in zip(
-        ("open", "closed"), drives, (0.15e-6, 0.1e-6), (288e-9, 216e-9), strict=True
+    sources = [load.source for load in build(BOX).pressures]
+    for name, source, added, size in zip(
+        ("open", "closed"), sources, (0.15e-6, 0.1e-6), (288e-9, 216e-9), strict=True
     ):
         assert volume(shell.points, name) == pytest.approx(size, rel=1e-12)
-        assert drive.initial_volume == pytest.approx(size, rel=1e-12)
+        assert source.initial_volume == pytest.approx(size, rel=1e-12)
         assert h[name][0] == pytest.approx(size, rel=1e-12)
         assert h[name][-1] == pytest.approx(volume(now, name), rel=1e-12)
         compressed = size + added - h[name][-1]
         assert 0.0 < compressed < 0.02 * size
     np.testing.assert_allclose(h["chamber_volume"], h["open"], rtol=1e-12)
-    compressed = drives[0].initial_volume * h["pressure"][-1] / drives[0].bulk_modulus
+    compressed = sources[0].initial_volume * h["pressure"][-1] / sources[0].bulk_modulus
     assert h["open"][-1] == pytest.approx(288e-9 + 0.15e-6 - compressed, rel=1e-12)
 
 

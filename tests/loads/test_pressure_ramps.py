@@ -1,10 +1,9 @@
-"""Commands as the kernel reads them: before they begin, on their way, at their target."""
+"""Ramps as the kernel reads them: before they begin, on their way, at their target."""
 
 import numpy as np
 import pytest
 
-from softsim.loads.drive import ControlledPressure
-from softsim.loads.pressure_control import Command, EventCycles
+from softsim.loads.pressure_control import ControlledPressure, EventCycles, PressureRamp
 
 CYCLES = EventCycles(
     highest=8e3, lowest=2e3, inflation_rate=10e3, deflation_rate=5e3, start=0.1, hold=0.1,
@@ -14,13 +13,13 @@ CYCLES = EventCycles(
 
 
 @pytest.fixture
-def source(fresh_taichi):
+def kernel(fresh_taichi):
     """Of two scenarios."""
 
-    return ControlledPressure(CYCLES).source([ControlledPressure(CYCLES)] * 2)
+    return ControlledPressure(CYCLES).kernel([ControlledPressure(CYCLES)] * 2)
 
 
-def pressures(source, scenario, times):
+def pressures(kernel, scenario, times):
     """Pressure [Pa] by the kernel's own function."""
     import taichi as ti
 
@@ -35,35 +34,35 @@ def pressures(source, scenario, times):
         @ti.kernel
         def look(self, s: ti.i32):
             for i in self.time:
-                self.pressure[i] = source.pressure(s, self.time[i], 0.0)
+                self.pressure[i] = kernel.pressure(s, self.time[i], 0.0)
 
     reading = Reading()
     reading.look(scenario)
     return read(reading.pressure)
 
 
-def test_the_first_inflation(source):
+def test_the_first_inflation(kernel):
     """From nothing at 0.1 s, 10 kPa/s, up to 8 kPa."""
-    found = pressures(source, 1, [0.0, 0.1, 0.2, 0.85, 0.9, 5.0])
+    found = pressures(kernel, 1, [0.0, 0.1, 0.2, 0.85, 0.9, 5.0])
     np.testing.assert_allclose(found, [0.0, 0.0, 1e3, 7.5e3, 8e3, 8e3], rtol=1e-12)
 
 
-def test_each_scenario_obeys_its_own_command(source):
+def test_each_scenario_follows_its_own_ramp(kernel):
     """A fall from 6 kPa that is held until 1 s; a pressure that stays."""
-    source.obey(0, Command(6e3, 1.0, -5e3, 2e3))
-    source.obey(1, Command(3e3, 0.5, 0.0, 3e3))
+    kernel.set_ramp(0, PressureRamp(6e3, 1.0, -5e3, 2e3))
+    kernel.set_ramp(1, PressureRamp(3e3, 0.5, 0.0, 3e3))
     times = [0.0, 1.0, 1.4, 1.8, 9.0]
-    fall, rest = pressures(source, 0, times), pressures(source, 1, times)
+    fall, rest = pressures(kernel, 0, times), pressures(kernel, 1, times)
     np.testing.assert_allclose(fall, [6e3, 6e3, 4e3, 2e3, 2e3], rtol=1e-12)
     assert (fall[0], fall[-1], set(rest)) == (6e3, 2e3, {3e3})  # to the last bit
 
 
-def test_commands_are_remembered(source):
+def test_ramps_are_stored(kernel):
     from softsim.compute.fields import read
 
-    source.obey(0, Command(6e3, 1.0, -5e3, 2e3))
-    source.obey(1, Command(3e3, 0.5, 0.0, 4e3))
-    kept = {name: read(field).tolist() for name, field in source.state_fields().items()}
+    kernel.set_ramp(0, PressureRamp(6e3, 1.0, -5e3, 2e3))
+    kernel.set_ramp(1, PressureRamp(3e3, 0.5, 0.0, 4e3))
+    kept = {name: read(field).tolist() for name, field in kernel.state_fields().items()}
     assert kept == {
         "command_pressure": [6e3, 3e3], "command_time": [1.0, 0.5],
         "command_rate": [-5e3, 0.0], "command_target": [2e3, 4e3],
