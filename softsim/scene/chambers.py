@@ -93,11 +93,6 @@ class FollowerPressureSpec(Spec):
             )
         return value
 
-    @property
-    def acts_as_given(self) -> bool:
-        """True if the pressure on the facets is that of the profile, without changes."""
-        return all(getattr(self, key) == value for key, value in AS_GIVEN.items())
-
 
 class _Chamber(Spec):
     facets: tuple[SetReference, ...] = Field(
