@@ -15,19 +15,18 @@ from softsim.compute.mass_scaling import MassScaling
 from softsim.compute.term import PerScenario, equal_but_per_scenario
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.simple_walls import Cylinder, Sphere
+from softsim.contact.surface_contact import ContactData
 from softsim.contact.wall import Wall
 from softsim.elements.axisymmetric import Axisymmetric
-from softsim.elements.cable import Cable
-from softsim.elements.fibre import Fibre
 from softsim.elements.geometry import Geometry, Region, nodal_sums
-from softsim.elements.layer import Layer
-from softsim.elements.ties import Ties
-from softsim.loads.load import Load, of_kind
+from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
 from softsim.mesh.mesh import facet_owners
 from softsim.rigid.body import RigidBodyData
+from softsim.structures.structure import Structure
+from softsim.structures.ties import Ties
 
-L = TypeVar("L", bound=Load)
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -89,31 +88,6 @@ class Body:
         """Return values (m, ...) of all cells, in their order, from those of each region."""
         numbers = np.concatenate([r.numbers for r in self.regions])
         return np.concatenate(list(of_regions))[np.argsort(numbers)]
-
-
-@dataclass(frozen=True)
-class ContactData:
-    """Nodes (k,) that may touch, with the constants of their contact.
-
-    Per node: k_n, k_t [N/m], the dashpots c_n, c_t [N s/m] and the effective mass [kg].
-    """
-
-    nodes: np.ndarray
-    penalty_stiffness: np.ndarray
-    tangential_stiffness: np.ndarray
-    damping: np.ndarray
-    tangential_damping: np.ndarray
-    effective_mass: PerScenario[np.ndarray]
-    friction_coefficient: PerScenario[float]
-
-
-@dataclass(frozen=True)
-class CableData:
-    """Cable with its radius [m] and the contact of its nodes that are not held."""
-
-    cable: Cable
-    radius: float
-    contact: ContactData
 
 
 @dataclass(frozen=True)
@@ -309,25 +283,23 @@ class Model:
     Arrays over all nodes: points, velocity (n, d), mass (n,), is_free (n, d).
 
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a rigid
-    body or a facet. After the nodes of bodies come those of cables. The last nodes, without mass,
-    are the vertices of rigid surfaces and the corners of rigid outlines. ties: of nodes to facets,
-    whose corners have their masses. loads: all external actions, including prescribed motions,
-    sorted by kind. gravity (d,) [m/s^2]: final value; starting_gravity: at t = 0, if it rises over
-    a profile. load_names: names of the loads in the scene. start_time [s]: 0, or the start of a
-    step; end_time [s]: the latest end; cycles: pressure cycles of the robot's chamber after which
-    the run ends, or None. time_increment: the user's step [s], or None for the stable one.
-    friction_memory [s], friction_slip_length [m]: time and slip over which the limit of friction on
-    walls and outlines follows the normal force (contact/forces.py). self_contact: None without
-    contact between surfaces; corners: None if walls have none. mass_scaling: None if masses are not
-    scaled. relaxation: after the loads of a static procedure, None in dynamics; settling:
+    body or a facet. After the nodes of bodies come those of structures. The last nodes, without
+    mass, are the vertices of rigid surfaces and the corners of rigid outlines. ties: of nodes to
+    facets, whose corners have their masses. loads: all external actions, including prescribed
+    motions, sorted by kind. gravity (d,) [m/s^2]: final value; starting_gravity: at t = 0, if it
+    rises over a profile. load_names: names of the loads in the scene. start_time [s]: 0, or the
+    start of a step; end_time [s]: the latest end; cycles: pressure cycles of the robot's chamber
+    after which the run ends, or None. time_increment: the user's step [s], or None for the stable
+    one. friction_memory [s], friction_slip_length [m]: time and slip over which the limit of
+    friction on walls and outlines follows the normal force (contact/forces.py). self_contact: None
+    without contact between surfaces; corners: None if walls have none. mass_scaling: None if masses
+    are not scaled. relaxation: after the loads of a static procedure, None in dynamics; settling:
     relaxation before t = 0, or None. passage, crossing: criteria of a pipe layout and of a ground,
     or None.
     """
 
     bodies: tuple[Body, ...]
-    cables: tuple[CableData, ...]
-    layers: tuple[Layer, ...]
-    fibres: tuple[Fibre, ...]
+    structures: tuple[Structure, ...]
     points: np.ndarray
     velocity: PerScenario[np.ndarray]
     mass: np.ndarray
@@ -409,9 +381,21 @@ class Model:
         )
 
     @property
+    def all_structures(self) -> tuple[Structure, ...]:
+        """Structures of the scene, ties, and the loads that are structures as well."""
+        loads = (load for load in self.loads if isinstance(load, Structure))
+        return (*self.structures, self.ties, *loads)
+
+    @property
+    def first_outline_node(self) -> int:
+        """Number of the first node behind those of bodies and structures."""
+        return self.meshed_count + sum(len(s.own_nodes) for s in self.structures)
+
+    @property
     def wall_contacts(self) -> tuple[ContactData, ...]:
-        """Contact data of all that may touch walls: the bodies, then each cable."""
-        return (self.contact, *(cable.contact for cable in self.cables))
+        """Contact data of all that may touch walls: the bodies, then each structure."""
+        of_structures = (s.wall_contact for s in self.structures)
+        return (self.contact, *(contact for contact in of_structures if contact is not None))
 
     @property
     def pressures(self) -> tuple[FollowerPressure, ...]:
@@ -423,9 +407,9 @@ class Model:
         """Pressure of the robot's chamber, or None."""
         return next((p for p in self.pressures if p.name == self.robot.chamber), None)
 
-    def of_kind(self, kind: type[L]) -> tuple[L, ...]:
-        """Return the loads of a kind, in the order of the scene."""
-        return of_kind(self.loads, kind)
+    def of_kind(self, kind: type[T]) -> tuple[T, ...]:
+        """Return the loads and structures of a kind, in the order of the scene."""
+        return tuple(x for x in (*self.structures, *self.loads) if isinstance(x, kind))
 
     def can_share(self, other: "Model") -> bool:
         """Return True if both models can be scenarios of one solver.

@@ -8,7 +8,6 @@ from softsim.builder import conditions, contact, loads, passage, rigid, structur
 from softsim.builder import contact as self_contact
 from softsim.builder import walls as wall_corners
 from softsim.builder.bodies import built_bodies, material_keys, meshed_bodies
-from softsim.builder.cables import built_cables, cable_points, end_drags, placed_cables
 from softsim.builder.chambers import refuse_what_cannot_be_felt
 from softsim.builder.names import Names
 from softsim.builder.names import chamber as chamber_of
@@ -16,7 +15,6 @@ from softsim.builder.names import robot as robot_of
 from softsim.builder.passage import crossing, end_time, refuse_steady_probe, steady_probe
 from softsim.builder.profiles import LoadTargets, over_the_run
 from softsim.elements.axisymmetric import Axisymmetric
-from softsim.loads.load import of_kind
 from softsim.loads.nodal import RisingGravity
 from softsim.loads.pressure import FollowerPressure
 from softsim.loads.profile import Profile
@@ -42,21 +40,17 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     stable one.
     """
     meshed, scene = meshed_bodies(loaded), loaded.scene
-    names = Names(loaded, meshed, placed_cables(loaded, meshed), beginning)
+    names = Names(loaded, meshed, structural.placed_cables(loaded, meshed), beginning)
     names, all_ties = structural.placed_ties(names)
     names = replace(names, surfaces=rigid.placed_surfaces(names))
     bodies = built_bodies(names)
-    soft_points = np.concatenate([*(b.points for b in bodies), cable_points(names)])
+    soft_points = np.concatenate([*(b.points for b in bodies), structural.cable_points(names)])
     soft_count = len(soft_points)
     vertices, vertex_owner = rigid.surface_points(names)
     corners, corner_owner = rigid.outline_points(names)
     points = np.concatenate([soft_points, vertices, corners])
     carrier = np.concatenate([vertex_owner, corner_owner])
 
-    own_mass = conditions.lumped_mass(names, bodies, len(points))
-    own_mass += structural.layer_masses(names, len(points))
-    all_fibres = structural.built_fibres(names)
-    own_mass += structural.fibre_masses(all_fibres, len(points))
     held = conditions.held_components(names, bodies, points)
     held[soft_count:] = True
     fixed = held.copy()
@@ -67,9 +61,11 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     for nodes in tied:
         held[nodes] = True
     structural.refuse_held_nodes(names, all_ties, points, fixed, held)
-    moves, mass = ~held, all_ties.handed_over(own_mass)
-    is_free = moves.copy()
+    moves, is_free = ~held, ~held
     is_free[all_ties.nodes] = False
+    structures = structural.built_structures(names, points, is_free)
+    own_mass = conditions.lumped_mass(names, bodies, structures, len(points))
+    mass = all_ties.handed_over(own_mass)
     starting = conditions.initial_velocity(names, bodies, points, own_mass)
     velocity = all_ties.followed(np.where(moves, starting, 0.0))
     outline_nodes = [
@@ -99,22 +95,22 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     acting = loads.built_loads(
         LoadTargets(names, bodies, points, own_mass, moves, tied, total_mass)
     )
-    chamber = chamber_of(names, of_kind(acting.values(), FollowerPressure))
+    chamber = chamber_of(names, [a for a in acting.values() if isinstance(a, FollowerPressure)])
     full_gravity, rise = gravity(names), gravity_share(names)
     starting_gravity = full_gravity
     if rise is not None:
         starting_gravity = rise.at(beginning.time) * full_gravity
         acting |= {"environment.gravity_profile": RisingGravity(full_gravity, rise)}
-    for further in (end_drags(names), motions, rigid.rigid_motions(names)):
+    for further in (loads.end_drags(names), motions, rigid.rigid_motions(names)):
         acting |= further
     # Of a kind in the order of the scene; kinds in one order, so that scenes with the same loads
     # share compiled kernels, whichever comes first in the file.
     acting = dict(sorted(acting.items(), key=lambda named: type(named[1]).__name__))
     model = Model(
         bodies=bodies,
-        cables=built_cables(names, is_free, stiffness, closed_walls),
-        layers=structural.built_layers(names, points),
-        fibres=all_fibres,
+        structures=structural.touching_structures(
+            names, structures, is_free, stiffness, closed_walls
+        ),
         points=points,
         velocity=velocity,
         mass=mass,

@@ -1,9 +1,10 @@
 """Conditions on node sets: held and prescribed components, masses and initial velocities."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from softsim.builder.bodies import common_geometry
-from softsim.builder.cables import cable_mass
 from softsim.builder.chambers import joined_facets, lids, refuse_open_chamber
 from softsim.builder.names import Names, in_mm
 from softsim.builder.profiles import displacement
@@ -12,28 +13,31 @@ from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.ring_section import RingSection
-from softsim.elements.ties import Ties
 from softsim.loads.prescribed import PrescribedMotion
 from softsim.mesh.mesh import SURFACE
 from softsim.model import Body, Probe
 from softsim.scene import conditions, outputs
 from softsim.scene.text import Keys
+from softsim.structures.structure import Structure
+from softsim.structures.ties import Ties
 
 
-def lumped_mass(names: Names, bodies: tuple[Body, ...], node_count: int) -> np.ndarray:
-    """Return the mass (n,) [kg] of each node: from its elements or its cable, and point masses."""
+def lumped_mass(
+    names: Names, bodies: tuple[Body, ...], structures: Sequence[Structure], node_count: int
+) -> np.ndarray:
+    """Return the mass (n,) [kg] of each node: from its elements, structures and point masses."""
     mass = np.zeros(node_count)
     for b in bodies:
         for r in b.regions:
             shares = r.geometry.mass_shares(r.points, r.cells)
             per_corner = r.material.density * r.volumes[:, None] * shares
             mass[b.nodes] += nodal_sums(r.cells, per_corner, len(r.points))
-    for name, placed in names.cables.items():
-        mass[placed.nodes] = cable_mass(names, name)
     for name, condition in names.scene.conditions.items():
         if isinstance(condition, conditions.PointMass):
             nodes = names.node_set(condition.nodes, ("conditions", name, "nodes"))
             mass[nodes] += condition.mass / len(nodes)
+    for structure in structures:
+        mass += structure.nodal_mass(node_count)
     return mass
 
 

@@ -9,11 +9,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from softsim.builder.names import Names, close_names, in_mm
+from softsim.contact.surface_contact import ContactData
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.quadrature import simplex_gradients
 from softsim.elements.ring_section import RingSection
-from softsim.elements.ties import Ties
 from softsim.materials.material import Material
 from softsim.mesh.mesh import (
     SURFACE,
@@ -24,12 +24,13 @@ from softsim.mesh.mesh import (
     simplexes,
 )
 from softsim.mesh.surface import depth_in_surface, side_lengths
-from softsim.model import Body, ContactData, SelfContactData
+from softsim.model import Body, SelfContactData
 from softsim.rigid.body import RigidBodyData
 from softsim.scene import walls
 from softsim.scene.conditions import Fixed, Symmetry
 from softsim.scene.text import Keys
 from softsim.scene.walls import Contact
+from softsim.structures.ties import Ties
 
 # A node may start this far inside a wall: rounding of a shape that just fits.
 ALLOWED_PENETRATION = 1e-9

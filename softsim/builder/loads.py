@@ -16,13 +16,13 @@ from softsim.elements.geometry import nodal_sums
 from softsim.loads.load import Load
 from softsim.loads.nodal import AxialRelief, NodalForce, RigidForce
 from softsim.loads.profile import Profile, smooth_rise
-from softsim.loads.pulled_cable import PulledCable
 from softsim.loads.rotor import CarriedRotor, Rotor, eccentric_mass, sinusoidal_force
 from softsim.loads.tendon import Tendon
-from softsim.loads.tether import Tether
+from softsim.loads.tether import EndDrag, Tether
 from softsim.scene import chambers as scene_chambers
 from softsim.scene import loads as scene_loads
 from softsim.scene.text import Keys
+from softsim.structures.pulled_cable import PulledCable
 
 # Way [m] on which a tether's drag builds up, where no stiffness is given: what some 0.25 m of soft
 # tube stretch by (E A / L, 240 N/m) under a drag of 0.02 to 0.03 N, and far less than a gait.
@@ -231,6 +231,21 @@ def turning_stiffness(names: Names, load: scene_loads.TetherSpec, keys: Keys) ->
                     f"leave {key}_stiffness out",
                 )
     return np.array([load.roll_stiffness, load.yaw_stiffness, load.pitch_stiffness])
+
+
+def end_drags(names: Names) -> dict[str, EndDrag]:
+    """Return the drags on the ends of cables, by name: friction of the part beyond the end."""
+    result = {}
+    for name, placed in names.cables.items():
+        drag = names.scene.cables[name].end_drag
+        place = placed.points[-1]
+        along = place - placed.points[-2]
+        axis = along / np.linalg.norm(along)
+        if drag > 0.0:
+            before, end = map(int, placed.nodes[-2:])
+            held = EndDrag(before, end, place, axis, drag / ELASTIC_SLIP, drag)
+            result[f"cables.{name}.end_drag"] = held
+    return result
 
 
 def pulled_cable(loaded: LoadTargets, load: scene_loads.PulledCableSpec, keys: Keys) -> PulledCable:

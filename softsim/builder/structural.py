@@ -1,6 +1,6 @@
-"""Fibres in bodies: the places along them, the elements around these, and their mass."""
+"""Structural components: cables, layers, fibres, eyelets and ties."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -8,20 +8,204 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from softsim.builder.bodies import bounded
-from softsim.builder.names import MeshedBody, Names, close_names, in_mm
+from softsim.builder.contact import ALLOWED_PENETRATION, PenaltyStiffness
+from softsim.builder.names import MeshedBody, Names, PlacedCable, close_names, in_mm, model_vector
+from softsim.contact.pipe_network import PipeNetwork
+from softsim.contact.wall import OffsetWall, Wall
 from softsim.elements.axisymmetric import Axisymmetric
-from softsim.elements.fibre import Fibre, embedded
 from softsim.elements.geometry import nodal_sums
-from softsim.elements.layer import Layer
 from softsim.elements.ring_section import RingSection
 from softsim.elements.solid import triangles_of
-from softsim.elements.ties import Ties
 from softsim.errors import MeshError
 from softsim.mesh.mesh import SURFACE
 from softsim.mesh.quality import check
 from softsim.mesh.surface import at, closest_on_facets, side_lengths
 from softsim.scene import structural
+from softsim.scene.loading import LoadedScene
 from softsim.scene.text import Keys
+from softsim.structures.cable import Cable
+from softsim.structures.fibre import Fibre, Fibres, embedded
+from softsim.structures.layer import Layer
+from softsim.structures.structure import Structure
+from softsim.structures.ties import Ties
+
+
+def built_structures(
+    names: Names, points: np.ndarray, is_free: np.ndarray
+) -> tuple[Structure, ...]:
+    """Return the structures of a scene without contact, with the nodes at points (n, d) [m].
+
+    The order is that of the forces in a sum: cables, layers, fibres. is_free (n, d): of all nodes.
+    Raises SceneError where a structure cannot be built.
+    """
+    fibres = tuple(fibre(names, name) for name in names.scene.fibres)
+    return (
+        *(cable(names, name, is_free) for name in names.cables),
+        *(layer(names, name, points) for name in names.scene.layers),
+        *([Fibres(fibres)] if fibres else []),
+    )
+
+
+def touching_structures(
+    names: Names, structures: Sequence[Structure], is_free: np.ndarray, stiffness: PenaltyStiffness,
+    walls: Sequence[Wall],
+) -> tuple[Structure, ...]:  # fmt: skip
+    """Return the structures with the contact of cables with walls.
+
+    Raises SceneError if a cable starts inside a wall.
+    """
+    return tuple(
+        touching_cable(names, one, is_free, stiffness, walls) if isinstance(one, Cable) else one
+        for one in structures
+    )
+
+
+# -------------------------------------------------------------------------------------------------
+# Cables: their nodes along a line, their contact with walls.
+
+LEAST_SEGMENTS = 4
+
+
+def placed_cables(loaded: LoadedScene, bodies: Mapping[str, MeshedBody]) -> dict[str, PlacedCable]:
+    """Return the cables of a scene, in its order.
+
+    Their nodes are numbered one cable after the other, behind those of the bodies. Raises
+    SceneError for a cable without a length, or too short for its segments.
+    """
+    geometry = next(iter(bodies.values())).geometry
+    first_node = sum(len(body.mesh.points) for body in bodies.values())
+    result = {}
+    for name, data in loaded.scene.cables.items():
+        keys = ("cables", name)
+        if isinstance(geometry, Axisymmetric):
+            raise loaded.error(
+                keys, "a cable in an axisymmetric model would be a disc", "leave the cable out"
+            )
+        if name in bodies:
+            raise loaded.error(keys, f"a body is also called '{name}'", "rename one of them")
+        corners = np.array(
+            [
+                model_vector(loaded, geometry.dimension, point, (*keys, "points", k))
+                for k, point in enumerate(data.points)
+            ]
+        )
+        points = along(loaded, name, data, corners)
+        result[name] = PlacedCable(points, first_node)
+        first_node += len(points)
+    return result
+
+
+def along(
+    loaded: LoadedScene, name: str, data: structural.CableSpec, corners: np.ndarray
+) -> np.ndarray:
+    """Return nodes (k, d) [m], evenly spaced along the line through `corners` (c, d) [m]."""
+    steps = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    for k in np.flatnonzero(steps == 0.0):
+        raise loaded.error(
+            ("cables", name, "points", int(k) + 1),
+            f"'{name}' has two successive points at {in_mm(corners[k])}",
+            "leave one of them out",
+        )
+    stations = np.concatenate([[0.0], np.cumsum(steps)])
+    count = round(stations[-1] / data.segment_length)
+    if count < LEAST_SEGMENTS:
+        raise loaded.error(
+            ("cables", name, "segment_length"),
+            f"'{name}' is {stations[-1] * 1e3:.4g} mm long and has {count} segments of "
+            f"{data.segment_length * 1e3:.4g} mm",
+            f"at least {LEAST_SEGMENTS} are needed: set segment_length to at most "
+            f"{stations[-1] * 1e3 / LEAST_SEGMENTS:.4g} mm",
+        )
+    places = np.linspace(0.0, stations[-1], count + 1)
+    return np.stack([np.interp(places, stations, column) for column in corners.T], axis=1)
+
+
+def cable_points(names: Names) -> np.ndarray:
+    """Return the nodes (n, d) [m] of all cables."""
+    return np.concatenate(
+        [np.zeros((0, names.dimension)), *(placed.points for placed in names.cables.values())]
+    )
+
+
+def cable(names: Names, name: str, is_free: np.ndarray) -> Cable:
+    """Return a cable of a scene; is_free (n, d): of all nodes."""
+    placed, data = names.cables[name], names.scene.cables[name]
+    moves = is_free[placed.nodes].any(axis=1)
+    held = ~(moves[:-1] | moves[1:])
+    return Cable(
+        name=name,
+        nodes=placed.nodes,
+        lengths=placed.lengths,
+        joint_lengths=joint_lengths(placed.lengths, held),
+        mass_per_length=data.mass_per_length,
+        stretching_stiffness=data.stretching_stiffness,
+        bending_stiffness=data.bending_stiffness,
+        gauge=int(np.argmin(held)),
+        radius=0.5 * data.diameter,
+    )
+
+
+def touching_cable(
+    names: Names,
+    cable: Cable,
+    is_free: np.ndarray,
+    stiffness: PenaltyStiffness,
+    walls: Sequence[Wall],
+) -> Cable:
+    """Return a cable whose nodes that are not held may touch walls."""
+    name, placed = cable.name, names.cables[cable.name]
+    friction = names.scene.cables[name].friction_coefficient
+    if friction is None:
+        friction = names.scene.contact.friction_coefficient
+    moves = is_free[placed.nodes].any(axis=1)
+    refuse_penetration(names, name, walls, placed.points[moves])
+    refuse_beyond_pipes(names, name, walls, placed.points)
+    return replace(cable, wall_contact=stiffness.contact(placed.nodes[moves], friction))
+
+
+def joint_lengths(lengths: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """Return the length (k - 2,) [m] that each joint represents: half of the segments beside it.
+
+    A segment whose two ends are held does not bend and does not count, unless both segments are
+    held.
+    """
+    bending = np.where(held, 0.0, lengths)
+    either = np.where(held[:-1] & held[1:], lengths[:-1] + lengths[1:], bending[:-1] + bending[1:])
+    return np.asarray(0.5 * either)
+
+
+def refuse_penetration(names: Names, name: str, walls: Sequence[Wall], places: np.ndarray) -> None:
+    """Raise SceneError if a node that may touch a wall, at places (k, d) [m], starts inside it."""
+    for wall in walls:
+        radius = 0.5 * names.scene.cables[name].diameter
+        for surface, gap in OffsetWall(wall, radius).gaps(places).items():
+            if gap.min() < -ALLOWED_PENETRATION:
+                raise names.loaded.error(
+                    ("cables", name, "points"),
+                    f"'{name}' starts {-gap.min() * 1e3:.3g} mm inside the wall '{surface}' at "
+                    f"{in_mm(places[gap.argmin()])}, with its radius of {radius * 1e3:.3g} mm",
+                    "lay it along the free side of the wall",
+                )
+
+
+def refuse_beyond_pipes(names: Names, name: str, walls: Sequence[Wall], places: np.ndarray) -> None:
+    """Raise SceneError if a cable with nodes at places (k, d) [m] lies only partly in a pipe.
+
+    It would hang down over the rim at the start of the pipe.
+    """
+    for wall in walls:
+        if not isinstance(wall, PipeNetwork):
+            continue
+        before = wall.locate(places)[1] < 0.0
+        if before.any() and not before.all():
+            longest = float(np.linalg.norm(np.diff(places[~before], axis=0), axis=1).sum())
+            raise names.loaded.error(
+                ("cables", name, "points"),
+                f"{int(before.sum())} of the {len(places)} nodes of '{name}' lie outside the pipe "
+                f"'{wall.name}', before its start",
+                f"make it {longest * 1e3:.3g} mm long, or make the pipe longer at its start",
+            )
+
 
 # -------------------------------------------------------------------------------------------------
 # Places in bodies: the elements around them, and how far outside they may lie.
@@ -83,22 +267,12 @@ def in_bodies(
 LEAST_SIDES = 8
 
 
-def built_fibres(names: Names) -> tuple[Fibre, ...]:
-    """Return all fibres of a scene, in its order.
+def fibre(names: Names, name: str) -> Fibre:
+    """Return a fibre of a scene.
 
     Raises SceneError in an axisymmetric model or a ring section, for a fibre without a length, and
     for one that leaves its body.
     """
-    return tuple(fibre(names, name) for name in names.scene.fibres)
-
-
-def fibre_masses(all_fibres: Sequence[Fibre], node_count: int) -> np.ndarray:
-    """Return the mass (n,) [kg] of the fibres at each node."""
-    return sum((f.nodal_mass(node_count) for f in all_fibres), np.zeros(node_count))
-
-
-def fibre(names: Names, name: str) -> Fibre:
-    """Return a fibre of a scene."""
     data, keys = names.scene.fibres[name], ("fibres", name)
     refuse_all_around(names, "a fibre", keys)
     if data.body not in names.bodies:
@@ -206,16 +380,11 @@ def refuse_outside(
 # Thin layers on facets of bodies: their material data and their mass.
 
 
-def built_layers(names: Names, points: np.ndarray) -> tuple[Layer, ...]:
-    """Return all layers of a scene, in its order, with the nodes at points (n, d) [m].
+def layer(names: Names, name: str, points: np.ndarray) -> Layer:
+    """Return a layer of a scene, with the nodes at points (n, d) [m].
 
     Layers on the same facets add up. Raises SceneError in a ring section, and on the axis.
     """
-    return tuple(layer(names, name, points) for name in names.scene.layers)
-
-
-def layer(names: Names, name: str, points: np.ndarray) -> Layer:
-    """Return a layer of a scene."""
     data, keys = names.scene.layers[name], ("layers", name)
     if isinstance(names.geometry, RingSection):
         raise names.loaded.error(
@@ -224,7 +393,7 @@ def layer(names: Names, name: str, points: np.ndarray) -> Layer:
             "write formulation plane_strain, axisymmetric or solid",
         )
     facets, areas = layer_facets(names, name)
-    mass = float(areas.sum()) * data.thickness * data.density
+    masses = nodal_sums(facets, data.density * data.thickness * areas, len(points))
     if names.dimension == 3:
         facets, share = triangles_of(facets)
         gradients, areas = on_triangles(points[facets])
@@ -245,7 +414,7 @@ def layer(names: Names, name: str, points: np.ndarray) -> Layer:
         volumes=data.thickness * areas,
         youngs_modulus=data.youngs_modulus,
         poisson_ratio=data.poisson_ratio,
-        mass=mass,
+        masses=masses,
     )
 
 
@@ -258,15 +427,6 @@ def layer_facets(names: Names, name: str) -> tuple[np.ndarray, np.ndarray]:
         of_body = facets[chosen] - body.first_node
         areas[chosen] = region.geometry.corner_areas(body.mesh.points, of_body)
     return facets, areas
-
-
-def layer_masses(names: Names, node_count: int) -> np.ndarray:
-    """Return the mass (n,) [kg] of the layers at each node."""
-    mass = np.zeros(node_count)
-    for name, data in names.scene.layers.items():
-        facets, areas = layer_facets(names, name)
-        mass += nodal_sums(facets, data.density * data.thickness * areas, node_count)
-    return mass
 
 
 def on_edges(ends: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ from softsim.contact.grid import DistanceGrid, SpacingError
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.polyline import Polyline, PolylineWall, checked_polyline
 from softsim.contact.simple_walls import Cylinder, HalfSpaces, RoundPipes, Sphere
+from softsim.contact.surface_contact import ContactData
 from softsim.contact.wall import FittedWall, Wall
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import MeshError, SceneError
@@ -24,7 +25,7 @@ from softsim.loads.prescribed import MovingWall
 from softsim.mesh.mesh import SURFACE
 from softsim.mesh.reading import read_points
 from softsim.mesh.surface import nodal_extents, read_surface, weights_in_line
-from softsim.model import Body, ContactData, CornerData
+from softsim.model import Body, CornerData
 from softsim.scene.conditions import WallMotion
 from softsim.scene.quantities import Point
 from softsim.scene.text import Keys

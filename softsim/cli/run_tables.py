@@ -97,25 +97,9 @@ def model_table(model: Model) -> Table:
             if sets:
                 listed = ", ".join(f"{name} ({len(m)})" for name, m in sorted(sets.items()))
                 table.add_row(f"  {kind} sets", listed)
-    for data in model.cables:
-        mass = float(model.mass[data.cable.nodes].sum())
-        table.add_row(
-            f"cable '{data.cable.name}'",
-            f"{len(data.cable.nodes)} nodes, {data.cable.lengths.sum() * 1e3:.4g} mm, "
-            f"{mass * 1e3:.4g} g",
-        )
-    for layer in model.layers:
-        table.add_row(
-            f"layer '{layer.name}'", f"{len(layer.facets)} facets, {layer.mass * 1e3:.4g} g"
-        )
-    for fibre in model.fibres:
-        table.add_row(
-            f"fibre '{fibre.name}'",
-            f"{len(fibre.lengths)} bars, {fibre.lengths.sum() * 1e3:.4g} mm, "
-            f"{fibre.mass * 1e3:.4g} g",
-        )
-    if len(model.ties.nodes):
-        table.add_row("ties", model.ties.describe())
+    for structure in model.all_structures:
+        for title, text in structure.description().items():
+            table.add_row(title, text)
     if model.mass_scaling is not None:
         unscaled = StableStepEstimator(replace(model, mass_scaling=None)).at_rest.value
         table.add_row(

@@ -1,12 +1,14 @@
 """Contact of nodes with an obstacle: gap, normal force, friction and energy."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import taichi as ti
 
 from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, real_field, vector_field
 from softsim.compute.nodes import Nodes
-from softsim.compute.term import Pass, Stage
+from softsim.compute.term import Pass, PerScenario, Stage
 from softsim.contact.forces import (
     BEFORE_START,
     Dissipation,
@@ -24,6 +26,22 @@ RESTS = 1e-6
 It amounts to some um/s. A limit that approaches its value slowly lets a node creep, ever more
 slowly.
 """
+
+
+@dataclass(frozen=True)
+class ContactData:
+    """Nodes (k,) that may touch, with the constants of their contact.
+
+    Per node: k_n, k_t [N/m], the dashpots c_n, c_t [N s/m] and the effective mass [kg].
+    """
+
+    nodes: np.ndarray
+    penalty_stiffness: np.ndarray
+    tangential_stiffness: np.ndarray
+    damping: np.ndarray
+    tangential_damping: np.ndarray
+    effective_mass: PerScenario[np.ndarray]
+    friction_coefficient: PerScenario[float]
 
 
 class SurfaceContact(NodalForces, Dissipation):

@@ -1,7 +1,7 @@
 """Base class of the loads of a model."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -79,8 +79,3 @@ class Load(ABC):
     def time_scaled(self, factor: float) -> "Load":
         """Return the load with its time history `factor` times as fast."""
         return self
-
-
-def of_kind(loads: Iterable[Load], kind: type[L]) -> tuple[L, ...]:
-    """Return the loads of a kind, in their order."""
-    return tuple(load for load in loads if isinstance(load, kind))

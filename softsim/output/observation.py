@@ -13,12 +13,9 @@ from softsim.analysis import passage as along_path
 from softsim.analysis.passage import CROSSING_COLUMNS, end_readings
 from softsim.contact.simple_walls import Cylinder
 from softsim.contact.wall import Wall
-from softsim.elements.cable import Cable
-from softsim.elements.fibre import Fibre
 from softsim.elements.geometry import cauchy_stress, measure_elements
 from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
-from softsim.loads.pulled_cable import PulledCable
 from softsim.model import Model, Probe
 from softsim.scene.outputs import probe_columns
 from softsim.scene.quantities import CHAMBER_PRESSURE, ROW_FORCE, SIDE_FORCE
@@ -30,6 +27,7 @@ from softsim.solver.energy import (
     wall_contact,
 )
 from softsim.solver.explicit import Scenario
+from softsim.structures.structure import Structure
 
 
 def columns(model: Model) -> dict[str, str]:
@@ -50,10 +48,7 @@ def columns(model: Model) -> dict[str, str]:
         first |= chamber.source.columns
     if model.robot.frame is not None:
         first |= frame_columns(axes)
-    cables = [data.cable for data in model.cables]
-    owners: list[Load | Wall | Cable | Fibre] = [
-        *model.loads, *model.walls, *cables, *model.fibres
-    ]  # fmt: skip
+    owners: list[Load | Wall | Structure] = [*model.loads, *model.walls, *model.structures]
     of_terms = {name: unit for owner in owners for name, unit in owner.columns.items()}
     last = {
         **{f"body_{a}": "m" for a in axes},  # centre of mass of the meshed bodies
@@ -320,20 +315,20 @@ def wall_forces(scenario: Scenario) -> np.ndarray:
 
 
 def line_places(model: Model, x: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the positions of the nodes of all cables and of all lines inside bodies, (k, d) [m].
+    """Return the points (k, d) [m] of all lines that structures draw, by kind.
 
     Kinds without members are left out. x: positions of all nodes (n, d) [m].
     """
-    lines = {
-        "cables": [x[data.cable.nodes] for data in model.cables],
-        "fibres": [line.places(x) for line in lines_inside(model)],
-    }
-    return {kind: np.concatenate(places) for kind, places in lines.items() if places}
+    return {kind: np.concatenate(lines) for kind, lines in drawn_lines(model, x).items() if lines}
 
 
-def lines_inside(model: Model) -> tuple[Fibre | PulledCable, ...]:
-    """Return the components inside bodies that are drawn as lines: fibres, cables in eyelets."""
-    return (*model.fibres, *model.of_kind(PulledCable))
+def drawn_lines(model: Model, x: np.ndarray) -> dict[str, list[np.ndarray]]:
+    """Return the lines (k, d) [m] of all structures by kind, with all nodes at x (n, d) [m]."""
+    result: dict[str, list[np.ndarray]] = {"cables": [], "fibres": []}
+    for structure in model.all_structures:
+        for kind, lines in structure.lines(x).items():
+            result[kind] += lines
+    return result
 
 
 def wall_offsets(model: Model, time: float) -> dict[str, np.ndarray]:
@@ -352,6 +347,11 @@ def description(model: Model, title: str) -> dict:
             outlines.append([*(shape.centre - model.rigid_bodies[outline.body].centre), *size])
             owners.append(outline.body)
     sets = {f"{b.name}.{name}": nodes for b in model.bodies for name, nodes in b.node_sets.items()}
+    line_starts = {
+        kind: np.cumsum([0, *map(len, lines)])[:-1]
+        for kind, lines in drawn_lines(model, model.points).items()
+    }
+    facets = [s.drawn_facets for s in model.structures if len(s.drawn_facets)]
     passage = model.passage
     return {
         **drawn_walls(model.walls),
@@ -360,13 +360,8 @@ def description(model: Model, title: str) -> dict:
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),
         **rigid_surfaces(model),
-        "cable_starts": np.cumsum([0, *(len(data.cable.nodes) for data in model.cables)])[:-1],
-        "fibre_starts": np.cumsum([0, *(len(line.corners) for line in lines_inside(model))])[:-1],
-        **(
-            {"layers": np.concatenate([layer.facets for layer in model.layers])}
-            if model.layers
-            else {}
-        ),
+        **{f"{kind.removesuffix('s')}_starts": starts for kind, starts in line_starts.items()},
+        **({"layers": np.concatenate(facets)} if facets else {}),
         "sets": sets,
         "title": title,
         "formulation": model.regions[0].geometry.name,

@@ -22,11 +22,12 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh
 
+from softsim.contact.surface_contact import ContactData
 from softsim.contact.wall import Wall
 from softsim.loads.load import RigidSpring
 from softsim.loads.tether import EndDrag
 from softsim.mesh.surface import area_vectors, weights_in_line
-from softsim.model import ContactData, Model, OutlineData, SelfContactData
+from softsim.model import Model, OutlineData, SelfContactData
 from softsim.rigid.body import RigidBodyData, in_space, point_inertia
 
 # -------------------------------------------------------------------------------------------------

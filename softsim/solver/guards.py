@@ -60,11 +60,10 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
                 first + blown,
             )
         first += len(body.cells)
-    for data in model.cables:
-        if not np.isfinite(x[data.cable.nodes]).all():
+    for structure in model.structures:
+        if not np.isfinite(x[structure.own_nodes]).all():
             raise StabilityError(
-                f"cable '{data.cable.name}' has a position that is not a number (NaN) at t = "
-                f"{time:.6g} s",
+                f"{structure.title} has a position that is not a number (NaN) at t = {time:.6g} s",
                 "either the body it is tied to became unstable, or the time step was too large: "
                 "lower solver.safety_factor or contact.penalty_stiffness",
             )

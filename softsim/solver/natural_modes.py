@@ -3,7 +3,7 @@
 K phi = omega^2 M phi with the stiffness of the forces of a run (rest_stiffness.py) and the masses
 of the nodes, scaled where the run scales them (compute/mass_scaling.py). Rigid motions of a body,
 or of a piece of it that nothing holds, have no frequency and are left out. Tied bodies vibrate as
-one; the independent components q are then those that are not tied (elements/ties.py).
+one; the independent components q are then those that are not tied (structures/ties.py).
 
 Maxwell branches stiffen a vibration. The frequency of a mode with the fractions e_r of its elastic
 energy in the regions r, whose materials have the storage moduli mu_r', solves
@@ -21,8 +21,6 @@ from scipy.optimize import brentq
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
-from softsim.elements.fibre import Fibre
-from softsim.elements.layer import Layer
 from softsim.errors import ModesError
 from softsim.materials.material import Material
 from softsim.model import Body, Model
@@ -104,7 +102,7 @@ def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
     root, inverse_root = inertia_root(model, body)
     stiffness = [rest_stiffness(model, body, region) for region in body.regions]
     parts = [(inverse_root.T @ k.matrix[free][:, free] @ inverse_root).tocsc() for k in stiffness]
-    reinforcement = layer_and_fibre_stiffness(model, body)[free][:, free]
+    reinforcement = structure_stiffness(model, body)[free][:, free]
     whole = sum(parts, (inverse_root.T @ reinforcement @ inverse_root).tocsc())
     follows = np.zeros(len(is_free), dtype=bool)
     follows[model.ties.within(body.nodes).nodes] = True
@@ -131,8 +129,8 @@ def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
     return NaturalModes(body, modes, held_count, rigid.shape[1], max(k.error for k in stiffness))
 
 
-def layer_and_fibre_stiffness(model: Model, body: Body) -> sp.csr_matrix:
-    """Return K (n d, n d) [N/m] at rest of the layers on a body and the taut fibres in it.
+def structure_stiffness(model: Model, body: Body) -> sp.csr_matrix:
+    """Return K (n d, n d) [N/m] at rest of the structures on a body and in it.
 
     Forces on tied nodes are transferred to the nodes that they are tied to, T^T K T.
     """
@@ -140,9 +138,8 @@ def layer_and_fibre_stiffness(model: Model, body: Body) -> sp.csr_matrix:
     T = sp.kron(ties.matrix(n), sp.identity(d))
     own = slice(d * body.nodes.start, d * body.nodes.stop)
     result = sp.csr_matrix((n * d, n * d))
-    parts: tuple[Layer | Fibre, ...] = (*model.layers, *model.fibres)
-    for part in parts:
-        result += T.T @ part.rest_stiffness(model.points)[own, own] @ T
+    for structure in model.structures:
+        result += T.T @ structure.rest_stiffness(model.points)[own, own] @ T
     return result
 
 

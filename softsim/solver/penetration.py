@@ -109,8 +109,7 @@ def element_sizes(model: Model) -> np.ndarray:
     for their nodes.
     """
     sizes = np.full(len(model.points), np.inf)
-    cables = sum(len(data.cable.nodes) for data in model.cables)
-    outlines = slice(model.meshed_count + cables, None)
+    outlines = slice(model.first_outline_node, None)
     sizes[outlines] = min((2.0 * o.shape.radius for o in model.outlines), default=np.inf)
     surfaces = [body.facet_sets["surface"] for body in model.bodies]
     for facets in (*surfaces, *(body.facets for body in model.rigid_bodies)):

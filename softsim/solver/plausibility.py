@@ -9,9 +9,7 @@ from itertools import combinations, product
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
-from softsim.elements.fibre import Fibre, holding_cells
 from softsim.elements.geometry import Region
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.loads.nodal import RisingGravity
@@ -22,11 +20,12 @@ from softsim.loads.rotor import Rotor
 from softsim.materials.fitting import instability_stretch
 from softsim.materials.material import Material
 from softsim.mesh.mesh import SURFACE
-from softsim.mesh.surface import at, closest_on_facets, side_lengths
+from softsim.mesh.surface import at, closest_on_facets
 from softsim.model import Body, Model
 from softsim.scene.outputs import Output
 from softsim.solver.rest_stiffness import linked_groups, tied_pairs
 from softsim.solver.stable_step import first_time_increment
+from softsim.structures.fibre import holding_cells
 
 # -------------------------------------------------------------------------------------------------
 # Warnings of nearly incompressible bodies that long elements at a clamp make too stiff.
@@ -129,13 +128,6 @@ LARGEST_PRESSURE_RATIO = 100.0
 STRETCHES = 0.6, 2.0
 # Central differences show a sine of so many increments a period with an error of 1 %.
 LEAST_INCREMENTS = 20
-# Tied nodes so many sides of their facets apart leave corners between them without a partner.
-FARTHEST_TIED = 1.5
-# A tie may move nodes by this share of the size of the elements beside them.
-FARTHEST_SHIFT = 0.1
-# Bars of a fibre, over the elements around them: longer ones pass over elements on their way,
-# shorter ones cost time and tell no more.
-BAR_LENGTHS = 0.1, 2.0
 # Two bodies may meet if the boxes around them are nearer than this share of the smaller one's size.
 MEETING_DISTANCE = 0.5
 # Share of the smaller body's size by which bodies that just touch may overlap through round-off.
@@ -177,7 +169,6 @@ def doubts(model: Model) -> dict[str, str]:
         **air_line_doubts(model),
         **pace_doubts(model),
         **length_doubts(model),
-        **tie_doubts(model),
         **meeting_doubts(model),
         **surface_doubts(model),
         **clamp_doubts(model),
@@ -187,7 +178,7 @@ def doubts(model: Model) -> dict[str, str]:
         **filling_doubts(model),
         **mass_doubts(model),
         **time_doubts(model),
-        **{f"bars of {f.name}": text for f in model.fibres for text in fibre_doubts(model, f)},
+        **{k: t for s in model.all_structures for k, t in s.warnings(model.points).items()},
     }
 
 
@@ -353,8 +344,7 @@ def support_doubts(model: Model) -> dict[str, str]:
         return {}
     down = np.flatnonzero(model.gravity)
     loose = np.asarray(model.is_free[:, down].all(axis=1))
-    outlines = model.meshed_count + sum(len(data.cable.nodes) for data in model.cables)
-    loose[model.ties.nodes] = loose[outlines:] = True
+    loose[model.ties.nodes] = loose[model.first_outline_node :] = True
     for body in model.rigid_bodies:
         loose[body.tied] = True
     guided = any(not body.free[axis] for body in model.rigid_bodies for axis in down)
@@ -450,50 +440,6 @@ def output_doubts(model: Model, output: Output) -> dict[str, str]:
         for key in ("history_interval", "frame_interval")
         if (interval := getattr(output, key)) > LONGEST_TIME * duration
     }
-
-
-def tie_doubts(model: Model) -> dict[str, str]:
-    """Return warnings of ties that move nodes far, and of coarse sides tied to finer ones.
-
-    Facet nodes between the tied nodes of a coarser side have no partner.
-    """
-    ties = model.ties
-    if len(ties.nodes) < 2:
-        return {}
-    found = {}
-    places = model.points[ties.nodes]
-    apart = cKDTree(places).query(places, k=2)[0][:, 1]
-    longest = side_lengths(model.points, ties.corners).max(axis=1)
-    shifts = ties.shifts / np.minimum(apart, longest)
-    farthest = int(np.argmax(shifts))
-    if shifts[farthest] > FARTHEST_SHIFT:
-        found["shifts of ties"] = (
-            f"ties move nodes onto facets by up to {1e3 * ties.shifts[farthest]:.3g} mm, "
-            f"{100.0 * shifts[farthest]:.3g} % of the size of their elements, more than "
-            f"{100.0 * FARTHEST_SHIFT:g} %, and the adjacent elements are deformed without "
-            "stress: move the bodies together, or lower ties.NAME.tolerance"
-        )
-    coarse = int((apart > FARTHEST_TIED * longest).sum())
-    if 2 * coarse > len(places):
-        found["sides of ties"] = (
-            f"{coarse} of {len(places)} tied nodes are more than {FARTHEST_TIED:g} facet sides "
-            "apart: facet nodes between them are free, and gaps open; exchange nodes and "
-            "facets of the tie, so that the finer side is tied to the coarser one"
-        )
-    return found
-
-
-def fibre_doubts(model: Model, fibre: Fibre) -> Iterator[str]:
-    """Return a warning of a fibre with bars much longer or shorter than the elements around it."""
-    around = model.points[fibre.corners]
-    size = float(np.ptp(around, axis=1).max(axis=1).mean())
-    bar = float(fibre.lengths.mean())
-    if not BAR_LENGTHS[0] * size <= bar <= BAR_LENGTHS[1] * size:
-        which = "span several elements" if bar > size else ("add run time without more accuracy")
-        yield (
-            f"fibre '{fibre.name}' has bars of {1e3 * bar:.3g} mm in elements of {1e3 * size:.3g} "
-            f"mm, which {which}: set its spacing to about {500.0 * size:.2g} mm"
-        )
 
 
 def meeting_doubts(model: Model) -> dict[str, str]:

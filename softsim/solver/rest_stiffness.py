@@ -18,10 +18,10 @@ from scipy.sparse.linalg import norm
 
 from softsim.compute import fields
 from softsim.elements.geometry import Region
-from softsim.elements.ties import Ties
 from softsim.errors import ModesError
 from softsim.model import Body, Model
 from softsim.solver.explicit import ExplicitSolver
+from softsim.structures.ties import Ties
 
 STEP = 1e-5
 """Displacement of a node over its shortest edge.
@@ -96,7 +96,7 @@ class ElasticForces:
         relaxed = replace(region, material=replace(region.material, branches=()))
         alone = replace(
             model, bodies=(replace(body, regions=(relaxed,)),), rigid_bodies=(), outlines=(),
-            walls=(), self_contact=None, cables=(), layers=(), fibres=(), loads=(),
+            walls=(), self_contact=None, structures=(), loads=(),
             bulk_viscosity=0.0, relaxation=None, settling=None, passage=None,
         )  # fmt: skip
         self.solver, self.nodes, self.rest = ExplicitSolver([alone]), body.nodes, model.points

@@ -249,9 +249,9 @@ class StableStepEstimator:
             limits["contact stiffness"] = CONTACT_OMEGA_DT / np.sqrt(hit)
         for kind, frequency in self.going_taut.items():
             limits[f"stiffness of a {kind}"] = CONTACT_OMEGA_DT / np.sqrt(frequency)
-        taut = matrix.cable_frequency()
-        if taut > 0.0:
-            limits["stiffness of a pulled cable"] = CONTACT_OMEGA_DT / np.sqrt(taut)
+        for kind, frequency in matrix.structure_frequencies().items():
+            if frequency > 0.0:
+                limits[f"stiffness of a {kind}"] = CONTACT_OMEGA_DT / np.sqrt(frequency)
         swing = matrix.chamber_frequency()
         if self.model.relaxation is None and swing > 0.0:
             limits["chamber oscillation"] = CHAMBER_OMEGA_DT / np.sqrt(swing)
@@ -269,19 +269,17 @@ class StableStepEstimator:
         return with_bodies(nodes, bodies, self.stiffness.hardest_press(x, dt), pressing)
 
     def _other_shares(self, mode: np.ndarray, x: np.ndarray) -> dict[str, float]:
-        """Return the parts of omega^2 [1/s^2] of a unit mode (n d,) from embedded parts, by name.
+        """Return the parts of omega^2 [1/s^2] of a unit mode (n d,) from structures, by name.
 
-        These are cables, layers, fibres and the transverse stiffness of pulled cables, with all
-        nodes at x (n, d) [m].
+        x (n, d) [m]: positions of all nodes.
         """
         u = (self.stiffness.inverse_sqrt_mass * mode).reshape(x.shape)
-        return {
-            part.name: sum(
-                float(np.einsum("abm,ami,bmi->", k, u[nodes], u[nodes]))
-                for nodes, k in zip(part.stencils, part.at(x), strict=True)
-            )
-            for part in self.stiffness.beside
-        }
+        shares: dict[str, float] = {}
+        for bound in self.stiffness.structure_bounds(x):
+            moved = u[bound.nodes]
+            part = float(np.einsum("abm,ami,bmi->", bound.values, moved, moved))
+            shares[bound.name] = shares.get(bound.name, 0.0) + part
+        return shares
 
     def _stiffest(
         self, elements: list[ElementStiffness], matrix: ScaledStiffness, mode: np.ndarray
@@ -311,20 +309,18 @@ def element_name(region: Region, element: int, x: np.ndarray) -> str:
 
 
 def other_shares(matrix: ScaledStiffness, mode: np.ndarray) -> dict[str, float]:
-    """Return the parts of omega^2 [1/s^2] of a unit mode (n d,) from contact, chambers and cables.
+    """Return the parts of omega^2 [1/s^2] of a unit mode (n d,) from contact, chambers, structures.
 
-    The keys are names of these parts; cables are pulled cables.
+    The keys are names of these parts; structures count with their roots, by kind.
     """
-
-    def of(wholes: list[np.ndarray]) -> float:
-        """Return the sum of the squared products of the mode with vectors (n d,)."""
-        return float(sum(np.einsum("i,i", whole, mode) ** 2 for whole in wholes))
-
-    return {
+    parts = {
         "contact": float((matrix.contact * mode**2).sum()),
-        "chamber stiffness": of(matrix.chambers),
-        "a pulled cable": of(matrix.cables),
+        "chamber stiffness": float(sum(np.einsum("i,i", c, mode) ** 2 for c in matrix.chambers)),
     }
+    for kind, root in matrix.structures:
+        name = f"a {kind}"
+        parts[name] = parts.get(name, 0.0) + float(np.einsum("i,i", root, mode) ** 2)
+    return parts
 
 
 # The build, the checks and the start of a run ask for the same model one after another.

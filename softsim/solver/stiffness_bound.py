@@ -3,7 +3,7 @@
 Where masses are scaled (compute/mass_scaling.py), the matrix is R M^-1/2 K M^-1/2 R with R the
 inverse root of M^-1/2 M' M^-1/2.
 
-Where nodes are tied to facets (elements/ties.py), u = T q and the stiffness of the independent
+Where nodes are tied to facets (structures/ties.py), u = T q and the stiffness of the independent
 components q is T^T K T. K is scaled by 1/sqrt(m) of each node; m of a tied node is the mass that a
 force on it has to move. The matrix is P^T (M^-1/2 K M^-1/2) P with P = M^1/2 T M^-1/2.
 
@@ -11,13 +11,10 @@ K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: pressures, G_a = dJ_a/dx
                                                 viscosity eta_a
   + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)     shape and initial stress: tangent.py,
                                                 with d^2F_zz in elements with hoop strain
-  + sum_j B_j (x) 1                             segments and joints of cables: cable_stiffness.py;
-                                                facets of layers: layer_stiffness.py; bars of
-                                                fibres, pieces of pulled cables:
-                                                embedded_stiffness.py
+  + sum_j B_j (x) 1                             structures: Structure.stiffness_bound
   + diag(k_a)                                   contact: contact_stiffness.py
   + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, with the most content of their profile
-  + sum_c k dL/dx (x) dL/dx                     pulled cables.
+  + sum_c b_c (x) b_c                           pulled cables: Structure.stiffness_roots.
 Nodes that are tied to a rigid body count as free, with some of its mass (rigid_bodies.py). Contacts
 and springs of the body itself are not part of this matrix. Fixed and prescribed components do not
 move. The load stiffness of a pressure p is left out: some p / kappa of the contact stiffness.
@@ -28,63 +25,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from softsim.elements.cable import CableStiffness
-from softsim.elements.fibre import Fibre
 from softsim.elements.geometry import Geometry
-from softsim.elements.layer import LayerStiffness
-from softsim.loads.pulled_cable import PulledCable
 from softsim.mesh.mesh import incidence
 from softsim.model import Model
 from softsim.solver.contact_bound import REACH, ContactStiffness, tied_mass
 from softsim.solver.element_bound import ElementStiffness, RegionStiffness
-
-# -------------------------------------------------------------------------------------------------
-# Upper bound of the stiffness of lines through bodies: fibres, and cables in their eyelets.
-#
-# Both are coupled to nodes by shape functions, x_b - x_a = sum_j B_j x_j between two points. A bar
-# of a fibre (elements/fibre.py) has the stiffness EA / l_0 along itself and T / l across, which is
-# less, and negative in compression: at most EA / l_0 B B^T between its nodes, the same for every
-# component, in any configuration. A slack bar, which has no stiffness, counts as taut.
-#
-# A cable (loads/pulled_cable.py) has the stiffness k dL/dx (x) dL/dx along itself, for all eyelets
-# together, and counts as taut too. Across, a piece of the length l between two eyelets has at most
-# T / l B B^T, where T is the largest tension that the winch ever produces at this length.
-
-
-class FibreStiffness:
-    """Stiffness of a fibre in any configuration. stencils: nodes (2 c, m) of its bars."""
-
-    def __init__(self, fibre: Fibre) -> None:
-        self.name = f"fibre '{fibre.name}'"
-        self.stencils = [fibre.bar_nodes.T]
-        B = fibre.bar_weights.T
-        self.of_bars = fibre.spring_stiffness * B[:, None] * B
-
-    def at(self, x: np.ndarray) -> list[np.ndarray]:
-        """Return the stiffness (2 c, 2 c, m) [N/m] between the nodes of each bar."""
-        return [self.of_bars]
-
-
-class PulledCableStiffness:
-    """Transverse stiffness of a pulled cable. stencils: nodes (2 c, k - 1) of its pieces."""
-
-    def __init__(self, cable: PulledCable) -> None:
-        self.name, self.cable = f"cable '{cable.name}'", cable
-        self.stencils = [np.concatenate([cable.corners[:-1], cable.corners[1:]], axis=1).T]
-        self.B = np.concatenate([-cable.weights[:-1], cable.weights[1:]], axis=1).T
-
-    def at(self, x: np.ndarray) -> list[np.ndarray]:
-        """Return the stiffness (2 c, 2 c, k - 1) [N/m] between the nodes of each piece.
-
-        x (n, d) [m]: positions of all nodes.
-        """
-        lengths = np.linalg.norm(np.diff(self.cable.places(x), axis=0), axis=1)
-        across = self.cable.largest_tension(float(lengths.sum())) / lengths
-        return [across * self.B[:, None] * self.B]
-
-    def along(self, x: np.ndarray) -> np.ndarray:
-        """Return sqrt(k) dL/dx (n, d) [(N/m)^1/2], whose square is the axial stiffness."""
-        return np.sqrt(self.cable.stiffness) * self.cable.length_gradient(x)
+from softsim.structures.structure import NodalStiffness
 
 
 @dataclass(frozen=True)
@@ -94,9 +40,9 @@ class ScaledStiffness:
     gradient (p + r, n d): V_a G [m^2], then rows [(N/m)^1/2] whose squares are added, of the
     elements with hoop strain; back: its transpose, with the same data. volume_stiffness (p,)
     [N/m^5]: (kappa + 2 eta_a / dt) / V_a. shape (n, n) [N/m]: shape and initial stress, the same
-    for every component. contact (n d,) [1/s^2]. chambers, cables: vectors (n d,) [1/s] whose
-    squares are added. inverse_sqrt_mass (n d,): M^-1/2. slowing (n d, n d): R, or None. following
-    (n d, n d): P, or None.
+    for every component. contact (n d,) [1/s^2]. chambers, structures: vectors (n d,) [1/s] whose
+    squares are added; structures have their kind beside it. inverse_sqrt_mass (n d,): M^-1/2.
+    slowing (n d, n d): R, or None. following (n d, n d): P, or None.
     """
 
     gradient: sp.csr_matrix
@@ -105,7 +51,7 @@ class ScaledStiffness:
     shape: sp.csr_matrix
     contact: np.ndarray
     chambers: list[np.ndarray]
-    cables: list[np.ndarray]
+    structures: list[tuple[str, np.ndarray]]
     inverse_sqrt_mass: np.ndarray
     slowing: sp.csr_matrix | None
     following: sp.csr_matrix | None
@@ -132,7 +78,7 @@ class ScaledStiffness:
         force += (self.shape @ u.reshape(self.shape.shape[0], -1)).ravel()
         result = self.inverse_sqrt_mass * force
         result += self.contact * v
-        for whole in (*self.chambers, *self.cables):
+        for whole in (*self.chambers, *(root for _, root in self.structures)):
             result += np.einsum("i,i", whole, v) * whole  # not BLAS: see lanczos.py
         return result
 
@@ -145,9 +91,12 @@ class ScaledStiffness:
         """Return an upper bound of omega^2 [1/s^2] of the chambers alone."""
         return float(sum((self.reduced(c) ** 2).sum() for c in self.chambers))
 
-    def cable_frequency(self) -> float:
-        """Return an upper bound of omega^2 [1/s^2] of the pulled cables alone."""
-        return float(sum((self.reduced(c) ** 2).sum() for c in self.cables))
+    def structure_frequencies(self) -> dict[str, float]:
+        """Return an upper bound of omega^2 [1/s^2] of the roots of each kind of structure alone."""
+        return {
+            kind: float(sum((self.reduced(b) ** 2).sum() for k, b in self.structures if k == kind))
+            for kind, _ in self.structures
+        }
 
 
 class ModelStiffness:
@@ -188,17 +137,8 @@ class ModelStiffness:
             np.concatenate(parts) for parts in zip(*of_members, strict=True)
         )
 
-        self.pulled = [PulledCableStiffness(cable) for cable in model.of_kind(PulledCable)]
-        self.beside: list[
-            CableStiffness | LayerStiffness | FibreStiffness | PulledCableStiffness
-        ] = [
-            *(CableStiffness(data.cable) for data in model.cables),
-            *(LayerStiffness(layer) for layer in model.layers),
-            *(FibreStiffness(fibre) for fibre in model.fibres),
-            *self.pulled,
-        ]
         movers = [r.movers + r.region.first_node for r in self.regions]
-        stencils = [*movers, *(s for part in self.beside for s in part.stencils)]
+        stencils = [*movers, *(bound.nodes for bound in self.structure_bounds(model.points))]
         of_volume, self.pair_of_volume = pairs(self.pressures, movers, (p, n))
         self.shape, self.pair_of_shape = pairs(stencils, stencils, (n, n))
 
@@ -210,11 +150,15 @@ class ModelStiffness:
         """Return the element stiffness of each region with all nodes at x (n, d) [m]."""
         return [r.at(x[r.region.nodes]) for r in self.regions]
 
+    def structure_bounds(self, x: np.ndarray) -> list[NodalStiffness]:
+        """Return the stiffness of all structures with all nodes at x (n, d) [m]."""
+        return [b for s in self.model.all_structures for b in s.stiffness_bound(x)]
+
     def at(self, elements: list[ElementStiffness], x: np.ndarray) -> ScaledStiffness:
         """Return the matrix without damping for these elements, all nodes at x (n, d) [m]."""
         d = x.shape[1]
-        of_others = [stiffness for part in self.beside for stiffness in part.at(x)]
-        shape = flat([*(e.shape_stiffness for e in elements), *of_others])
+        of_structures = [bound.values for bound in self.structure_bounds(x)]
+        shape = flat([*(e.shape_stiffness for e in elements), *of_structures])
         # (r, movers, d), as the rows have them.
         hoop = flat([np.moveaxis(e.hoop_root, -1, 0) for e in elements])
         # dJ_a, V_a J_a being a sum of the elements' shares: that of all pressures of one alike.
@@ -233,7 +177,11 @@ class ModelStiffness:
             with_values(self.shape, np.bincount(self.pair_of_shape, shape)),
             self._contact(x, np.inf),
             chamber_vectors(self.model, x),
-            [cable.along(x).ravel() * self.inverse_sqrt_mass for cable in self.pulled],
+            [
+                (s.kind, root.ravel() * self.inverse_sqrt_mass)
+                for s in self.model.all_structures
+                for root in s.stiffness_roots(x)
+            ],
             self.inverse_sqrt_mass,
             self.slowing,
             self.following,
@@ -384,9 +332,9 @@ def volume_gradient(geometry: Geometry, facets: np.ndarray, x: np.ndarray) -> np
 # e = 4 %, for which the stable step may have fallen by 8 %. A step in use has 10 % of room.
 ALLOWED_STRAIN = 0.06
 
-# Of tan^2(theta / 2) at a cable's joint: its stiffness goes with 1 + 4 of it at most, the step with
-# the root (elements/cable.py).
-ALLOWED_FOLDING = 0.04
+# Growth of the measures of shape of a structure: the stiffness of a cable's joint grows with 1 + 4
+# of its measure at most, the step with the root (structures/cable.py).
+ALLOWED_GROWTH = 0.04
 
 
 class ReferenceShape:
@@ -395,21 +343,21 @@ class ReferenceShape:
     def __init__(self, model: Model, x: np.ndarray) -> None:
         self.model, self.x = model, x
         self.inverses = [np.linalg.inv(r.deformation(x[r.nodes])) for r in model.regions]
-        self.foldings = [data.cable.folding(x) for data in model.cables]
+        self.measures = [s.shape_measures(x) for s in model.all_structures]
         self.reach = 0.5 * REACH * np.ptp(model.points, axis=0).max()
 
     def is_near(self, x: np.ndarray) -> bool:
         """Return True if all nodes at x (n, d) [m] form a shape near this one.
 
-        No element is strained relative to this shape by more than ALLOWED_STRAIN, no cable is bent
-        by more than ALLOWED_FOLDING, and no node has moved by more than half the reach of contact
-        in any component. False for NaN.
+        No element is strained relative to this shape by more than ALLOWED_STRAIN, no measure of a
+        structure has grown by more than ALLOWED_GROWTH, and no node has moved by more than half the
+        reach of contact in any component. False for NaN.
         """
         with np.errstate(invalid="ignore", over="ignore"):
             if not np.abs(x - self.x).max() <= self.reach:
                 return False
-            for data, folding in zip(self.model.cables, self.foldings, strict=True):
-                if not (data.cable.folding(x) <= folding + ALLOWED_FOLDING).all():
+            for structure, measures in zip(self.model.all_structures, self.measures, strict=True):
+                if not (structure.shape_measures(x) <= measures + ALLOWED_GROWTH).all():
                     return False
             return all(
                 largest_strain(region.deformation(x[region.nodes]) @ inverse) <= ALLOWED_STRAIN

@@ -19,14 +19,10 @@ from softsim.contact.corner_contact import CornerContact, CornerSurface
 from softsim.contact.deformable_surface import DeformableSurface
 from softsim.contact.neighbour_lists import NeighbourLists, margin_and_room
 from softsim.contact.self_contact import SelfContact
-from softsim.contact.surface_contact import SurfaceContact
+from softsim.contact.surface_contact import ContactData, SurfaceContact
 from softsim.contact.wall import FixedFrame, Obstacle, OffsetWall, Wall
-from softsim.elements.cable import CableTerm
-from softsim.elements.fibre import FibreTerm
 from softsim.elements.geometry import joined_regions
-from softsim.elements.layer import LayerTerm
-from softsim.elements.ties import TieTerm
-from softsim.model import LOCAL_DAMPING, ContactData, CornerData, Model
+from softsim.model import LOCAL_DAMPING, CornerData, Model
 from softsim.rigid.frame import BodyFrame, RigidBodies
 from softsim.solver.guards import return_time
 
@@ -57,9 +53,10 @@ class Terms:
             r.geometry.elements(self.nodes, r, model.bulk_viscosity)
             for r in joined_regions(model.regions, model.points)
         ]
-        self.cables = [CableTerm(self.nodes, data.cable) for data in model.cables]
-        self.layers = [LayerTerm(self.nodes, layer) for layer in model.layers]
-        self.fibres = [FibreTerm(self.nodes, model.fibres)] if model.fibres else []
+        self.structures = [
+            alike[0].term(alike, self.nodes, self.rigid_bodies)
+            for alike in zip(*(m.structures for m in models), strict=True)
+        ]
         self.loads = [
             alike[0].term(alike, self.nodes, self.rigid_bodies)
             for alike in zip(*(m.loads for m in models), strict=True)
@@ -70,9 +67,11 @@ class Terms:
         self.corner_contacts: list[CornerContact] = []
         self.contacts_by_wall = self._contacts_by_wall(models)
         self.supports = self._supports(models)
-        self.cable_contacts = self._cable_contacts(models)
+        self.structure_contacts = self._structure_contacts(models)
         self.self_contacts = self._self_contacts(models)
-        self.ties = [TieTerm(self.nodes, model.ties)] if len(model.ties.nodes) else []
+        ties = [m.ties for m in models]
+        tie = model.ties.term(ties, self.nodes, self.rigid_bodies)  # its slots are the last
+        self.ties = [tie] if len(model.ties.nodes) else []
         self.nodes.corner_forces.allocate(scenarios, int(self.nodes.count))
         self.rigid_bodies.allocate()
         for tie in self.ties:
@@ -125,14 +124,17 @@ class Terms:
             self.slip_length,
         )  # fmt: skip
 
-    def _cable_contacts(self, models: list[Model]) -> list[SurfaceContact]:
-        """Return the contact of each cable with each wall."""
+    def _structure_contacts(self, models: list[Model]) -> list[SurfaceContact]:
+        """Return the contact of each structure with each wall."""
         result = []
-        for alike in zip(*(m.cables for m in models), strict=True):  # a cable of each scenario
-            friction = [data.contact.friction_coefficient for data in alike]
+        for alike in zip(*(m.structures for m in models), strict=True):
+            contacts = [c for c in (one.wall_contact for one in alike) if c is not None]
+            if not contacts:
+                continue
+            friction = [contact.friction_coefficient for contact in contacts]
             for walls in zip(*(m.walls for m in models), strict=True):
                 offset = [OffsetWall(wall, alike[0].radius) for wall in walls]
-                result.append(self._wall_contact(models[0], alike[0].contact, offset, friction))
+                result.append(self._wall_contact(models[0], contacts[0], offset, friction))
         return result
 
     def _supports(self, models: list[Model]) -> list[SurfaceContact]:
@@ -177,8 +179,8 @@ class Terms:
 
     @property
     def contacts(self) -> list[WallContact]:
-        """Contact with walls, then with rigid outlines, then of cables with walls."""
-        return [*self.wall_contacts, *self.supports, *self.cable_contacts]
+        """Contact with walls, then with rigid outlines, then of structures with walls."""
+        return [*self.wall_contacts, *self.supports, *self.structure_contacts]
 
     @property
     def listing(self) -> list[SelfContact]:
@@ -187,8 +189,8 @@ class Terms:
 
     @property
     def inner(self) -> list[Term]:
-        """Terms whose stored energy is internal: elements, cables, layers, fibres and loads."""
-        return [*self.elements, *self.cables, *self.layers, *self.fibres, *self.loads]
+        """Terms whose stored energy is internal: elements, structures and loads."""
+        return [*self.elements, *self.structures, *self.loads]
 
     @property
     def touching(self) -> list[Term]:
@@ -247,7 +249,7 @@ class Terms:
     def state_fields(self) -> dict[str, ti.Field]:
         """Return all fields that a checkpoint stores, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
-        for name in ("elements", "cables", "fibres", "loads", "contacts", "self_contacts"):
+        for name in ("elements", "structures", "loads", "contacts", "self_contacts"):
             owners |= {f"{name}/{k}": term for k, term in enumerate(getattr(self, name))}
         return {
             f"{owner}/{name}": field

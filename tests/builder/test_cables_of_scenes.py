@@ -28,8 +28,7 @@ def built(build, points=None, given="end_drag: 0 N", walls=FLOOR, *overrides):
 
 def test_what_a_cable_is(build):
     model = built(build, None, "end_drag: 4 mN", FLOOR)
-    (data,) = model.cables
-    cable, (body,) = data.cable, model.rigid_bodies
+    (cable,), (body,) = model.structures, model.rigid_bodies
     np.testing.assert_array_equal(cable.nodes, 4 + np.arange(9))
     np.testing.assert_allclose(cable.lengths, 2e-3)
     np.testing.assert_allclose(cable.joint_lengths, [1e-3, *[2e-3] * 6])  # the clamped one half
@@ -37,8 +36,8 @@ def test_what_a_cable_is(build):
     assert cable.gauge == 1
     np.testing.assert_array_equal(np.intersect1d(body.tied, cable.nodes), [4, 5])
     assert body.mass == pytest.approx(1e-3 - model.bodies[0].mass)  # a cable is no part of it
-    np.testing.assert_array_equal(data.contact.nodes, cable.nodes[2:])
-    np.testing.assert_allclose(data.contact.penalty_stiffness, 60.0 / 2e-3)
+    np.testing.assert_array_equal(cable.wall_contact.nodes, cable.nodes[2:])
+    np.testing.assert_allclose(cable.wall_contact.penalty_stiffness, 60.0 / 2e-3)
     (drag,) = model.loads
     assert (drag.before, drag.end, drag.drag) == (11, 12, 4e-3)
     np.testing.assert_allclose(drag.axis, [0.0, -1.0])
@@ -50,7 +49,7 @@ def test_friction_is_the_scene_s_or_the_cable_s_own(build):
         built(build, None, given, FLOOR, "contact.friction_coefficient=0.4")
         for given in ("end_drag: 0 N", "friction_coefficient: 0.6")
     ]
-    assert [m.cables[0].contact.friction_coefficient for m in models] == [0.4, 0.6]
+    assert [m.structures[0].wall_contact.friction_coefficient for m in models] == [0.4, 0.6]
     assert models[0].can_share(models[1])
 
 

@@ -29,7 +29,7 @@ FLAT = SCENE.replace("box,", "block,").replace(" width: 4 mm,", "").replace(", 1
 
 def test_a_line_has_its_corners_and_whole_bars(build):
     model = build(SCENE)
-    (fibre,) = model.fibres
+    (fibre,) = model.structures[0].fibres
     places = fibre.places(model.points)
     np.testing.assert_allclose(places[[0, 8, 10]], [[0, 1e-3, 1e-3], [8e-3, 1e-3, 1e-3],
                                [8e-3, 3e-3, 1e-3]], atol=1e-15)  # fmt: skip
@@ -47,19 +47,21 @@ def test_a_line_has_its_corners_and_whole_bars(build):
 def test_a_helix_winds_as_a_screw(build, hand):
     name = "right" if hand > 0.0 else "left"
     model = build(WOUND.replace("turns: 2", f"turns: 2, handedness: {name}, start_angle: 90 deg"))
-    x, y, z = model.fibres[0].places(model.points).T * 1e3
+    x, y, z = model.structures[0].fibres[0].places(model.points).T * 1e3
     assert (x[0], x[-1]) == pytest.approx((1.0, 7.0), rel=1e-12)
     np.testing.assert_allclose(np.hypot(y - 2.0, z - 2.0), 1.5, rtol=1e-12)
     turned = np.unwrap(np.arctan2(z - 2.0, y - 2.0))
     np.testing.assert_allclose(turned, 0.5 * np.pi + hand * 2.0 * np.pi * (x - 1.0) / 3.0)
-    steps = np.diff(model.fibres[0].lengths)
+    steps = np.diff(model.structures[0].fibres[0].lengths)
     np.testing.assert_allclose(steps, 0.0, atol=1e-15)
 
 
 def test_what_lies_outside_by_less_than_the_tolerance_is_moved(build):
     text = SCENE.replace("3 mm, 1 mm]", "4.05 mm, 1 mm]")
     model = build(text)
-    assert model.fibres[0].places(model.points)[-1, 1] == pytest.approx(4e-3, rel=1e-12)
+    assert model.structures[0].fibres[0].places(model.points)[-1, 1] == pytest.approx(
+        4e-3, rel=1e-12
+    )
 
 
 @pytest.mark.parametrize(

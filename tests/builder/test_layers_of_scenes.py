@@ -18,24 +18,24 @@ RING = FLAT.replace("solid", "axisymmetric, position: [2 mm, 0 mm]")
 
 
 def test_quadrilaterals_are_cut_along_both_diagonals(build):
-    (layer,) = build(SCENE).layers
+    (layer,) = build(SCENE).structures
     assert layer.facets.shape == (8, 3)
     assert layer.volumes.sum() == pytest.approx(0.1e-3 * 4e-3 * 2e-3, rel=1e-12)
     np.testing.assert_allclose(layer.gradients.sum(axis=1), 0.0, atol=1e-9)
-    assert layer.mass == pytest.approx(800.0 * layer.volumes.sum(), rel=1e-12)
+    assert layer.masses.sum() == pytest.approx(800.0 * layer.volumes.sum(), rel=1e-12)
 
 
 def test_figures_are_given_the_facets_of_layers(build):
     from softsim.output.observation import description
 
     model = build(SCENE)
-    np.testing.assert_array_equal(description(model, "")["layers"], model.layers[0].facets)
+    np.testing.assert_array_equal(description(model, "")["layers"], model.structures[0].facets)
     without = "".join(line for line in SCENE.splitlines(True) if "paper" not in line)
     assert "layers" not in description(build(without.replace("layers:\n", "")), "")
 
 
 def test_a_revolved_layer_goes_around(build):
-    (layer,) = build(RING).layers
+    (layer,) = build(RING).structures
     np.testing.assert_allclose(np.sort(1.0 / layer.around), [1e-3, 3e-3])
     np.testing.assert_allclose(layer.volumes.sum(), 0.1e-3 * np.pi * 16e-6, rtol=1e-12)
 

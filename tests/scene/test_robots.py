@@ -48,11 +48,11 @@ def test_the_cable_is_clamped_in_the_frame_of_section_and_space(write_scene, sce
     shipped = (Path(__file__).parents[2] / "scenes" / scene).read_text(encoding="utf-8")
     write_scene(shipped, "robot.yaml")
     model = build_model(load_scene(write_scene("include: [robot.yaml, robot:pfr/cable]\n"), []))
-    (data,), (frame,) = model.cables, model.rigid_bodies
-    held = np.intersect1d(frame.tied, data.cable.nodes)
-    np.testing.assert_array_equal(held, data.cable.nodes[:2])
+    (cable,), (frame,) = model.structures, model.rigid_bodies
+    held = np.intersect1d(frame.tied, cable.nodes)
+    np.testing.assert_array_equal(held, cable.nodes[:2])
     assert model.points[held[1], 0] == pytest.approx(-16.5e-3)  # the rear of the outline
-    assert model.mass[data.cable.nodes].sum() == pytest.approx(205e-3 * 3e-3)
+    assert model.mass[cable.nodes].sum() == pytest.approx(205e-3 * 3e-3)
 
 
 @pytest.mark.parametrize("name", ["robot:snake", "robot:pfr/", "robot:../scene/library/pfr"])

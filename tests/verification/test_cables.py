@@ -28,7 +28,7 @@ def settled(start, model):
     while solver.time < 20.0:
         solver.advance(5000)
         if unbalanced_share(solver.scenario(0)) < 1e-7:
-            return solver, solver.scenario(0).positions()[model.cables[0].cable.nodes]
+            return solver, solver.scenario(0).positions()[model.structures[0].nodes]
     raise AssertionError("no equilibrium")
 
 
@@ -57,7 +57,7 @@ time: {{end: 1 s, procedure: static}}
     assert -x[:, 1].min() == pytest.approx(sag, rel=2e-3)
     shape = a * (np.cosh(x[:, 0] / a) - np.cosh(0.5 * span / a))
     assert np.abs(x[:, 1] - shape).max() < 2e-3 * sag
-    cable = model.cables[0].cable
+    cable = model.structures[0]
     tensions = cable.spring_stiffness * (cable.tangents(solver.scenario(0).positions())[1]
                                          - cable.lengths)  # fmt: skip
     assert tensions.min() == pytest.approx(LINE * G * a, rel=0.01)
@@ -91,7 +91,7 @@ def test_a_cantilever_sags_under_its_weight_and_swings(build, start, record_veri
     while solver.time < 0.2:
         solver.advance(20)
         track.append(
-            (solver.time, solver.scenario(0).positions()[model.cables[0].cable.nodes[-1], 1])
+            (solver.time, solver.scenario(0).positions()[model.structures[0].nodes[-1], 1])
         )
     energies = reader.read()
     t, y = np.array(track).T
@@ -164,7 +164,7 @@ def test_a_rope_that_slides_over_a_wall_is_a_capstan(
 ):
     """Pulled over an angle against a force, the tension is exp(mu angle) times that force."""
     solver = start(build(rope(far, *bend)))
-    cable = solver.models[0].cables[0].cable
+    cable = solver.models[0].structures[0]
     pulls = []
     while solver.time < 0.4:
         solver.advance(50)
@@ -202,7 +202,7 @@ def test_a_body_that_trails_a_clamped_tube_keeps_momentum_and_energy(build, star
     solver = start(build(TRAILED))
     model, terms = solver.models[0], solver.terms
     reader, bodies = EnergyReader(solver), terms.rigid_bodies
-    alone = np.setdiff1d(model.cables[0].cable.nodes, model.rigid_bodies[0].tied)
+    alone = np.setdiff1d(model.structures[0].nodes, model.rigid_bodies[0].tied)
 
     def momenta():
         """At half steps; positions are moved back to them."""
@@ -255,7 +255,7 @@ def test_what_a_cable_s_end_drags_holds_up_to_its_friction_and_slides_beyond(
     while solver.time < 0.2:
         solver.advance(100)
     held, pulled = (solver.scenario(s) for s in (0, 1))
-    tail = solver.models[0].cables[0].cable.nodes
+    tail = solver.models[0].structures[0].nodes
     ways = [s.positions()[tail[-1], 0] - s.model.points[tail[-1], 0] for s in (held, pulled)]
     assert abs(ways[0]) < 2.0 * 0.45 * SLIP
     reader.update()

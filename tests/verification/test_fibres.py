@@ -59,8 +59,8 @@ def deform(solver, x):
 
 def fibre_forces(solver, model):
     """Forces (n, d) [N] of the fibres alone, as last found."""
-    forces, (term,) = np.zeros_like(model.points), solver.terms.fibres
-    bar_nodes = np.concatenate([fibre.bar_nodes for fibre in model.fibres])
+    forces, (term,) = np.zeros_like(model.points), solver.terms.structures
+    bar_nodes = np.concatenate([fibre.bar_nodes for fibre in model.structures[0].fibres])
     slots = slice(term.first_slot, term.first_slot + bar_nodes.size)
     for k, component in enumerate(solver.terms.nodes.corner_forces.component):
         np.add.at(forces[:, k], bar_nodes.ravel(), fields.read(component)[0, slots])
@@ -91,7 +91,7 @@ def test_forces_are_slopes_of_the_energy(build, start, kind, cells, bears_compre
     whole = energy(x)
     forces = fields.read(solver.terms.nodes.force)[0]
     stored = 0.0
-    for fibre in model.fibres:
+    for fibre in model.structures[0].fibres:
         elongation = np.linalg.norm(np.diff(fibre.places(x), axis=0), axis=1) - fibre.lengths
         assert (elongation < -1e-6).any() and (elongation > 1e-6).any()
         taut = elongation if bears_compression else np.maximum(elongation, 0.0)
@@ -114,9 +114,9 @@ def test_forces_are_slopes_of_the_energy(build, start, kind, cells, bears_compre
 
 def stiffness(model):
     """K (n d, n d) [N/m] of the first body with its fibres, at rest, nothing being held."""
-    from softsim.solver.natural_modes import layer_and_fibre_stiffness
+    from softsim.solver.natural_modes import structure_stiffness
 
-    return soft_stiffness(model) + layer_and_fibre_stiffness(model, model.bodies[0])
+    return soft_stiffness(model) + structure_stiffness(model, model.bodies[0])
 
 
 def soft_stiffness(model):
@@ -233,7 +233,7 @@ def test_a_wound_tube_neither_lengthens_nor_shortens_at_the_magic_angle(
     """Threads at 45 deg to the axis shorten a tube that is inflated, at 65 deg they lengthen it, by
     what Lame's tube in a sheet of threads does; at 54.7 deg it keeps its length.
     """
-    from softsim.solver.natural_modes import layer_and_fibre_stiffness
+    from softsim.solver.natural_modes import structure_stiffness
     from softsim.solver.stiffness_bound import volume_gradient
 
     meshes.tube_of_hexahedra(INNER, OUTER, TUBE, counts).write(tmp_path / "tube.inp", "solid")
@@ -245,7 +245,7 @@ def test_a_wound_tube_neither_lengthens_nor_shortens_at_the_magic_angle(
         (body,) = model.bodies
         if soft is None:
             soft = soft_stiffness(model)
-        K = soft + layer_and_fibre_stiffness(model, body)
+        K = soft + structure_stiffness(model, body)
         x, sets = model.points, body.node_sets
         pressed = volume_gradient(body.regions[0].geometry, body.facet_sets["inner"], x)
         ends = sets["left"], sets["right"]

@@ -46,8 +46,8 @@ def layer_forces(build, start, kind, cells, F):
     model = build(block(kind, cells))
     solver = start(model)
     deform(solver, model.points @ F.T)
-    forces, facets = np.zeros_like(model.points), model.layers[0].facets
-    first = solver.terms.layers[0].first_slot
+    forces, facets = np.zeros_like(model.points), model.structures[0].facets
+    first = solver.terms.structures[0].first_slot
     for k, component in enumerate(solver.terms.nodes.corner_forces.component):
         slots = fields.read(component)[0, first : first + facets.size]
         np.add.at(forces[:, k], facets.ravel(), slots)
@@ -62,7 +62,7 @@ def test_forces_are_slopes_of_the_energy(build, start, kind):
     from softsim.solver.energy import EnergyReader
 
     model = build(block(kind))
-    solver, layer = start(model), model.layers[0]
+    solver, layer = start(model), model.structures[0]
     reader, rng = EnergyReader(solver), np.random.default_rng(3)
     x = model.points + 0.15e-3 * rng.uniform(-1.0, 1.0, model.points.shape)
 
@@ -143,7 +143,7 @@ def test_mass_of_a_layer(build):
     layer = build(block("plane"))
     added = layer.mass - build(block("plane").replace("layers:", "layout: ~ #")).mass
     assert added.sum() == pytest.approx(DENSITY * THICKNESS * DEPTH * 6e-3, rel=1e-12)
-    assert layer.layers[0].mass == pytest.approx(added.sum(), rel=1e-12)
+    assert layer.structures[0].masses.sum() == pytest.approx(added.sum(), rel=1e-12)
     bottom = layer.bodies[0].node_sets["bottom"]
     assert np.setdiff1d(np.flatnonzero(added > 1e-15), bottom).size == 0
 
@@ -188,7 +188,7 @@ def test_the_stable_step_bounds_a_layer(build, start, kind):
     it; free after a blow it keeps its energy.
     """
     from softsim.solver.energy import EnergyReader
-    from softsim.solver.natural_modes import inertia_root, layer_and_fibre_stiffness
+    from softsim.solver.natural_modes import inertia_root, structure_stiffness
     from softsim.solver.rest_stiffness import rest_stiffness
     from softsim.solver.stable_step import stable_step
 
@@ -204,7 +204,7 @@ def test_the_stable_step_bounds_a_layer(build, start, kind):
     energies = reader.read()
     assert energies.internal > 0.2 * before.kinetic
     assert energies.balance == pytest.approx(before.balance, rel=0.15)
-    K = rest_stiffness(model, body, body.regions[0]).matrix + layer_and_fibre_stiffness(model, body)
+    K = rest_stiffness(model, body, body.regions[0]).matrix + structure_stiffness(model, body)
     _, inverse_root = inertia_root(model, body)
     matrix = (inverse_root.T @ K @ inverse_root).toarray()
     omega = np.sqrt(np.linalg.eigvalsh(matrix).max())

@@ -14,7 +14,9 @@ The law is linear in E, so it is one of small strains: paper, thread, cloth, fil
 is compressed to less than 0.58 of its length softens. The layer has no damping.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -24,15 +26,18 @@ from softsim.compute import backend
 from softsim.compute.fields import Number, index_field, real_field, vector_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, Stage, Term
+from softsim.rigid.frame import RigidBodies
+from softsim.structures.structure import NodalStiffness, Structure
 
 
-@dataclass(frozen=True)
-class Layer:
+@dataclass(frozen=True, eq=False)
+class Layer(Structure):
     """Data of a layer.
 
     facets (m, c): edges or triangles, numbered in the model. gradients (m, c, k) [1/m]: G_c, k
     being 1 or 2. around (m,) [1/m]: 1 over the radius at rest of facets with hoop strain, else 0.
-    volumes (m,) [m^3]. youngs_modulus [Pa], poisson_ratio [-], mass [kg].
+    volumes (m,) [m^3]. youngs_modulus [Pa], poisson_ratio [-]. masses (n,) [kg]: what it adds to
+    each node of the model.
     """
 
     name: str
@@ -42,7 +47,28 @@ class Layer:
     volumes: np.ndarray
     youngs_modulus: float
     poisson_ratio: float
-    mass: float
+    masses: np.ndarray
+    kind: ClassVar[str] = "layer"
+
+    @property
+    def title(self) -> str:
+        return f"layer '{self.name}'"
+
+    def term(
+        self, alike: Sequence["Layer"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "LayerTerm":
+        return LayerTerm(nodes, self)
+
+    def nodal_mass(self, node_count: int) -> np.ndarray:
+        return self.masses
+
+    @property
+    def drawn_facets(self) -> np.ndarray:
+        return self.facets
+
+    def description(self) -> dict[str, str]:
+        mass = float(self.masses.sum())
+        return {self.title: f"{len(self.facets)} facets, {mass * 1e3:.4g} g"}
 
     @property
     def lame(self) -> tuple[float, float]:
@@ -96,6 +122,26 @@ class Layer:
         rows, columns = np.broadcast_arrays(numbers[:, :, None], numbers[:, None, :])
         entries = (blocks.ravel(), (rows.ravel(), columns.ravel()))
         return sp.csr_matrix(entries, shape=(n * d, n * d))
+
+    def stiffness_bound(self, x: np.ndarray) -> list[NodalStiffness]:
+        """Return an upper bound of the stiffness of each facet with the nodes at x (n, d) [m].
+
+        With a = grad u along the facet its second variation is V (dS : dE + S : a^T a), dE the
+        symmetric part of F^T a. As |dE| <= |F^T a| <= lambda |a| with the largest stretch lambda,
+        and dS : dE is at most D dE : dE,
+            V (D lambda^2 + S+) |a|^2,   S+ the largest principal stress if it is tensile, else 0.
+        The hoop direction adds V (D h^2 + S+) (dr / R)^2.
+        """
+        F, hoop = self.deformation(x), self.hoop(x)
+        pull = np.maximum(np.linalg.eigvalsh(self.stress(x))[:, 1], 0.0)
+        stretched = np.linalg.eigvalsh(np.einsum("mip,miq->mpq", F, F))[:, -1]
+        along = self.volumes * (self.stiffest * stretched + pull)
+        across = self.volumes * (self.stiffest * hoop**2 + pull)
+        corners = self.facets.shape[1]
+        radial = np.broadcast_to(self.around / corners, (corners, len(pull)))
+        values = along * np.einsum("mak,mbk->abm", self.gradients, self.gradients)
+        values += across * radial[:, None] * radial
+        return [NodalStiffness(self.title, self.facets.T, values)]
 
 
 class LayerTerm(Term):
@@ -177,36 +223,3 @@ class LayerTerm(Term):
             for p, q in ti.static(ti.ndrange(2, 2)):
                 energy += 0.5 * self.volume[i] * S[p, q] * E[p, q]
         return energy
-
-
-# -------------------------------------------------------------------------------------------------
-# Upper bound of the stiffness of a layer, the same for every component of its nodes.
-#
-# With a = grad u along the facet its second variation is V (dS : dE + S : a^T a), dE the symmetric
-# part of F^T a. As |dE| <= |F^T a| <= lambda |a| with the largest stretch lambda, and dS : dE is at
-# most D dE : dE,
-#     V (D lambda^2 + S+) |a|^2,   S+ the largest principal stress if it is tensile, else 0.
-# The hoop direction adds V (D h^2 + S+) (dr / R)^2 (elements/layer.py).
-
-
-class LayerStiffness:
-    """Stiffness of a layer in any configuration. stencils: nodes (c, m) of its facets."""
-
-    def __init__(self, layer: Layer) -> None:
-        self.layer, self.name = layer, f"layer '{layer.name}'"
-        self.stencils = [layer.facets.T]
-
-    def at(self, x: np.ndarray) -> list[np.ndarray]:
-        """Return the stiffness (c, c, m) [N/m] of each facet with the nodes at x (n, d) [m]."""
-        layer = self.layer
-        F, hoop = layer.deformation(x), layer.hoop(x)
-        pull = np.maximum(np.linalg.eigvalsh(layer.stress(x))[:, 1], 0.0)
-        stretched = np.linalg.eigvalsh(np.einsum("mip,miq->mpq", F, F))[:, -1]
-        along = layer.volumes * (layer.stiffest * stretched + pull)
-        across = layer.volumes * (layer.stiffest * hoop**2 + pull)
-        corners = layer.facets.shape[1]
-        radial = np.broadcast_to(layer.around / corners, (corners, len(pull)))
-        return [
-            along * np.einsum("mak,mbk->abm", layer.gradients, layer.gradients)
-            + across * radial[:, None] * radial
-        ]

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from softsim.compute import fields
-from softsim.elements.cable import CableStiffness
 from softsim.rigid.body import in_space
 from softsim.solver.explicit import ExplicitSolver
 
@@ -35,7 +34,7 @@ def test_forces_are_the_slopes_of_the_energy_and_keep_momentum(build, fresh_taic
     model = build(scene)
     solver = ExplicitSolver([model])
     reader = EnergyReader(solver)
-    nodes = model.cables[0].cable.nodes
+    nodes = model.structures[0].nodes
     random = np.random.default_rng(3)
     x = model.points.copy()
     x[nodes] += random.uniform(-4e-3, 4e-3, x[nodes].shape)
@@ -64,8 +63,8 @@ def test_the_stiffness_bound_holds_however_it_is_bent(build, fresh_taichi, scene
     """No direction is stiffer than the bound says; straight, the stiffest is nearly as stiff."""
     model = build(scene)
     solver = ExplicitSolver([model])
-    cable, random = model.cables[0].cable, np.random.default_rng(5)
-    nodes, bound_of = cable.nodes, CableStiffness(cable)
+    (cable,), random = model.structures, np.random.default_rng(5)
+    nodes = cable.nodes
     moved = np.eye(len(nodes) * model.dimension).reshape(-1, len(nodes), model.dimension)
 
     def forces(places):
@@ -83,10 +82,10 @@ def test_the_stiffness_bound_holds_however_it_is_bent(build, fresh_taichi, scene
 
     def bound(x):
         whole = np.zeros((len(nodes), len(nodes)))
-        for stencil, k in zip(bound_of.stencils, bound_of.at(x), strict=True):
-            for a, row in enumerate(stencil - nodes[0]):
-                for b, column in enumerate(stencil - nodes[0]):
-                    np.add.at(whole, (row, column), k[a, b])
+        for part in cable.stiffness_bound(x):
+            for a, row in enumerate(part.nodes - nodes[0]):
+                for b, column in enumerate(part.nodes - nodes[0]):
+                    np.add.at(whole, (row, column), part.values[a, b])
         return np.kron(whole, np.eye(x.shape[1]))
 
     scale = cable.spring_stiffness.max()

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from softsim.elements.fibre import embedded, holding_cells
 from softsim.mesh.mesh import boundary_facets, simplexes
+from softsim.structures.fibre import embedded, holding_cells
 
 # A cube of two wedges, as hexahedra with corners that fall together, and a cube beside it.
 CORNERS = np.array(

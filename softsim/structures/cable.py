@@ -12,7 +12,9 @@ At rest it is straight. It has no torsional stiffness: a round, straight cable t
 is not twisted.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import taichi as ti
@@ -21,29 +23,68 @@ from softsim.compute import backend, fields
 from softsim.compute.fields import Number, index_field, real_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, Stage, Term
+from softsim.contact.surface_contact import ContactData
+from softsim.rigid.frame import RigidBodies
+from softsim.structures.structure import NodalStiffness, Structure
 
 
-@dataclass(frozen=True)
-class Cable:
+@dataclass(frozen=True, eq=False)
+class Cable(Structure):
     """Data of a cable.
 
     nodes (k,): numbers of its nodes in the model, in order. lengths (k - 1,) [m]: of the segments
-    at rest; joint_lengths (k - 2,) [m]: tributary length of each joint. stretching_stiffness EA
-    [N], bending_stiffness EI [N m^2]. gauge: the segment whose tension the history records.
+    at rest; joint_lengths (k - 2,) [m]: tributary length of each joint. mass_per_length [kg/m],
+    stretching_stiffness EA [N], bending_stiffness EI [N m^2], radius [m]. gauge: the segment whose
+    tension the history records. wall_contact: of its nodes that are not held.
     """
 
     name: str
     nodes: np.ndarray
     lengths: np.ndarray
     joint_lengths: np.ndarray
+    mass_per_length: float
     stretching_stiffness: float
     bending_stiffness: float
     gauge: int
+    radius: float
+    wall_contact: ContactData | None = None
+    kind: ClassVar[str] = "cable"
+
+    @property
+    def title(self) -> str:
+        return f"cable '{self.name}'"
 
     @property
     def columns(self) -> dict[str, str]:
-        """Columns that its term adds to the history -> unit."""
         return {f"{self.name}_tension": "N"}
+
+    def term(
+        self, alike: Sequence["Cable"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "CableTerm":
+        return CableTerm(nodes, self)
+
+    @property
+    def own_nodes(self) -> np.ndarray:
+        return self.nodes
+
+    def nodal_mass(self, node_count: int) -> np.ndarray:
+        """Return the mass (n,) [kg] at each node: half of the segments beside it."""
+        halves = 0.5 * self.mass_per_length * self.lengths
+        mass = np.zeros(node_count)
+        mass[self.nodes] = np.append(halves, 0.0) + np.append(0.0, halves)
+        return mass
+
+    def shape_measures(self, x: np.ndarray) -> np.ndarray:
+        """Return tan^2(theta / 2) (k - 2,) of each joint: stiffness grows with 1 + 4 of it."""
+        return self.folding(x)
+
+    def lines(self, x: np.ndarray) -> dict[str, list[np.ndarray]]:
+        return {"cables": [x[self.nodes]]}
+
+    def description(self) -> dict[str, str]:
+        length = float(self.lengths.sum())
+        text = f"{len(self.nodes)} nodes, {length * 1e3:.4g} mm, "
+        return {self.title: text + f"{self.mass_per_length * length * 1e3:.4g} g"}
 
     @property
     def segments(self) -> np.ndarray:
@@ -79,6 +120,42 @@ class Cable:
         t, _ = self.tangents(x)
         apart, along = t[1:] - t[:-1], t[1:] + t[:-1]
         return np.asarray((apart**2).sum(axis=1) / (along**2).sum(axis=1))
+
+    # Upper bound of the stiffness, the same for every component of its nodes.
+    #
+    # A segment under the tension T has the stiffness EA / l_0 along itself and T / l across, which
+    # is less.
+    #
+    # A joint stores E = 2 B tan^2(theta / 2), B = EI / h. With T = tan^2(theta / 2) and psi the
+    # rotations of its edges, the differences of their transverse displacements over their lengths,
+    #     in the plane of the bend  B (1 + T) (1 + 3 T) (psi_2 - psi_1)^2,
+    #     out of it  B (1 + T) ((1 + T) (psi_2 - psi_1)^2 - 2 T (psi_1^2 + psi_2^2)),
+    # the second less than the first. The angle of an edge e has a second variation of its own, at
+    # most |de|^2 / l^2, which enters with the factor E' = 2 B sqrt(T) (1 + T).
+
+    def stiffness_bound(self, x: np.ndarray) -> list[NodalStiffness]:
+        """Return the stiffness of the segments, then of the joints, with the nodes at x (n, d)."""
+        of_segments = self.spring_stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])[:, :, None]
+        return [
+            NodalStiffness(self.title, self.segments.T, of_segments),
+            NodalStiffness(self.title, self.joints.T, self.joint_bound(x)),
+        ]
+
+    def joint_bound(self, x: np.ndarray) -> np.ndarray:
+        """Return the stiffness (3, 3, k - 2) [N/m] of the joints with the nodes at x (n, d) [m]."""
+        _, lengths = self.tangents(x)
+        T, B = self.folding(x), self.joint_stiffness
+        nothing = np.zeros(len(T))
+        before = np.stack([-1.0 / lengths[:-1], 1.0 / lengths[:-1], nothing])
+        after = np.stack([nothing, -1.0 / lengths[1:], 1.0 / lengths[1:]])
+        bend = after - before
+        turning = B * (1.0 + T) * (1.0 + 3.0 * T) * squares(bend)
+        return turning + 2.0 * B * np.sqrt(T) * (1.0 + T) * (squares(before) + squares(after))
+
+
+def squares(b: np.ndarray) -> np.ndarray:
+    """Return b b^T (a, a, m) of b (a, m)."""
+    return b[:, None] * b
 
 
 class CableTerm(Term):
@@ -158,53 +235,3 @@ class CableTerm(Term):
             folding = (t2 - t1).norm_sqr() / (t1 + t2).norm_sqr()
             energy += 2.0 * self.joint_stiffness[j] * folding
         return energy
-
-
-# -------------------------------------------------------------------------------------------------
-# Upper bound of the stiffness of a cable, the same for every component of its nodes.
-#
-# A segment under the tension T has the stiffness EA / l_0 along itself and T / l across, which is
-# less.
-#
-# A joint stores E = 2 B tan^2(theta / 2), B = EI / h (elements/cable.py). With T = tan^2(theta / 2)
-# and psi the rotations of its edges, the differences of their transverse displacements over their
-# lengths,
-#     in the plane of the bend  B (1 + T) (1 + 3 T) (psi_2 - psi_1)^2,
-#     out of it  B (1 + T) ((1 + T) (psi_2 - psi_1)^2 - 2 T (psi_1^2 + psi_2^2)),
-# the second less than the first. The angle of an edge e has a second variation of its own, at most
-# |de|^2 / l^2, which enters with the factor E' = 2 B sqrt(T) (1 + T).
-
-
-class CableStiffness:
-    """Stiffness of a cable in any configuration.
-
-    stencils: nodes (a, m) of its segments, then of its joints.
-    """
-
-    def __init__(self, cable: Cable) -> None:
-        self.cable, self.name = cable, f"cable '{cable.name}'"
-        self.stencils = [cable.segments.T, cable.joints.T]
-
-    def at(self, x: np.ndarray) -> list[np.ndarray]:
-        """Return the stiffness (a, a, m) [N/m] of each stencil with the nodes at x (n, d) [m]."""
-        return [self.of_segments(), self.of_joints(x)]
-
-    def of_segments(self) -> np.ndarray:
-        """Return the stiffness (2, 2, k - 1) [N/m] of the segments."""
-        return self.cable.spring_stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])[:, :, None]
-
-    def of_joints(self, x: np.ndarray) -> np.ndarray:
-        """Return the stiffness (3, 3, k - 2) [N/m] of the joints with the nodes at x (n, d) [m]."""
-        _, lengths = self.cable.tangents(x)
-        T, B = self.cable.folding(x), self.cable.joint_stiffness
-        nothing = np.zeros(len(T))
-        before = np.stack([-1.0 / lengths[:-1], 1.0 / lengths[:-1], nothing])
-        after = np.stack([nothing, -1.0 / lengths[1:], 1.0 / lengths[1:]])
-        bend = after - before
-        turning = B * (1.0 + T) * (1.0 + 3.0 * T) * squares(bend)
-        return turning + 2.0 * B * np.sqrt(T) * (1.0 + T) * (squares(before) + squares(after))
-
-
-def squares(b: np.ndarray) -> np.ndarray:
-    """Return b b^T (a, a, m) of b (a, m)."""
-    return b[:, None] * b

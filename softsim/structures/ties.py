@@ -22,21 +22,33 @@ exactly. Else they are off by how that sum integrates a kink (measured in
 tests/verification/test_ties.py): tie the finer side to the coarser one.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import scipy.sparse as sp
 import taichi as ti
+from scipy.spatial import cKDTree
 
 from softsim.compute import backend
 from softsim.compute.fields import Number, index_field, real_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, Stage, Term
+from softsim.mesh.surface import side_lengths
+from softsim.rigid.frame import RigidBodies
+from softsim.structures.structure import Structure
+
+FARTHEST_TIED = 1.5
+"""Distance of tied nodes over the side of their facets beyond which facet nodes have no partner."""
+
+FARTHEST_SHIFT = 0.1
+"""Plausible displacement of a tied node onto its facet over the size of the elements beside it."""
 
 
-@dataclass(frozen=True)
-class Ties:
-    """All ties of a model.
+@dataclass(frozen=True, eq=False)
+class Ties(Structure):
+    """All ties of a model: a constraint, which adds neither mass nor stiffness.
 
     nodes (k,): tied nodes, numbered in the model; corners (k, c): nodes of the facet that each
     follows; weights (k, c): its shape functions there, which add up to 1; shifts (k,) [m]: distance
@@ -47,11 +59,46 @@ class Ties:
     corners: np.ndarray
     weights: np.ndarray
     shifts: np.ndarray
+    kind: ClassVar[str] = "ties"
 
-    def describe(self) -> str:
-        """Return a text with the numbers of tied nodes and of facets."""
+    def term(self, alike: Sequence["Ties"], nodes: Nodes, rigid_bodies: RigidBodies) -> "TieTerm":
+        return TieTerm(nodes, self)
+
+    def description(self) -> dict[str, str]:
+        """Return the numbers of tied nodes and of facets."""
+        if not len(self.nodes):
+            return {}
         facets = len(np.unique(np.sort(self.corners, axis=1), axis=0))
-        return f"{len(self.nodes)} nodes tied to {facets} facets"
+        return {self.title: f"{len(self.nodes)} nodes tied to {facets} facets"}
+
+    def warnings(self, points: np.ndarray) -> dict[str, str]:
+        """Return warnings of ties that move nodes far, and of coarse sides tied to finer ones.
+
+        Facet nodes between the tied nodes of a coarser side have no partner.
+        """
+        if len(self.nodes) < 2:
+            return {}
+        found = {}
+        places = points[self.nodes]
+        apart = cKDTree(places).query(places, k=2)[0][:, 1]
+        longest = side_lengths(points, self.corners).max(axis=1)
+        shifts = self.shifts / np.minimum(apart, longest)
+        farthest = int(np.argmax(shifts))
+        if shifts[farthest] > FARTHEST_SHIFT:
+            found["shifts of ties"] = (
+                f"ties move nodes onto facets by up to {1e3 * self.shifts[farthest]:.3g} mm, "
+                f"{100.0 * shifts[farthest]:.3g} % of the size of their elements, more than "
+                f"{100.0 * FARTHEST_SHIFT:g} %, and the adjacent elements are deformed without "
+                "stress: move the bodies together, or lower ties.NAME.tolerance"
+            )
+        coarse = int((apart > FARTHEST_TIED * longest).sum())
+        if 2 * coarse > len(places):
+            found["sides of ties"] = (
+                f"{coarse} of {len(places)} tied nodes are more than {FARTHEST_TIED:g} facet sides "
+                "apart: facet nodes between them are free, and gaps open; exchange nodes and "
+                "facets of the tie, so that the finer side is tied to the coarser one"
+            )
+        return found
 
     def within(self, nodes: slice) -> "Ties":
         """Return the ties of some of the nodes, numbered from the first of these on."""

@@ -22,6 +22,7 @@ pushes.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 import taichi as ti
@@ -33,11 +34,12 @@ from softsim.compute.term import Pass, PerScenario, Stage, WorkingTerm
 from softsim.loads.load import Load
 from softsim.loads.profile import Profile, ProfileTable
 from softsim.rigid.frame import RigidBodies
+from softsim.structures.structure import NodalStiffness, Structure
 
 
 @dataclass(frozen=True, eq=False)
-class PulledCable(Load):
-    """Cable through k eyelets.
+class PulledCable(Load, Structure):
+    """Cable through k eyelets: a structure that a winch loads.
 
     corners (k, c): corners of the element around each eyelet, numbered in the model. weights (k,
     c): shape functions there; zero for an eyelet that is fixed in space, whose position is its row
@@ -53,6 +55,11 @@ class PulledCable(Load):
     stiffness: PerScenario[float]
     pull: PerScenario[Profile]
     tension: PerScenario[Profile]
+    kind: ClassVar[str] = "pulled cable"
+
+    @property
+    def title(self) -> str:
+        return f"cable '{self.name}'"
 
     @property
     def columns(self) -> dict[str, str]:
@@ -80,6 +87,25 @@ class PulledCable(Load):
     def places(self, x: np.ndarray) -> np.ndarray:
         """Return the positions of the eyelets (k, d) [m] with all nodes at x (n, d) [m]."""
         return self.anchors + np.einsum("kc,kcd->kd", self.weights, x[self.corners])
+
+    def lines(self, x: np.ndarray) -> dict[str, list[np.ndarray]]:
+        return {"fibres": [self.places(x)]}
+
+    def stiffness_bound(self, x: np.ndarray) -> list[NodalStiffness]:
+        """Return the transverse stiffness of the pieces between eyelets, with the nodes at x.
+
+        A piece of the length l has at most T / l B B^T, where B are the weights of its nodes in
+        x_b - x_a and T is the largest tension that the winch ever produces at this length.
+        """
+        lengths = np.linalg.norm(np.diff(self.places(x), axis=0), axis=1)
+        across = self.largest_tension(float(lengths.sum())) / lengths
+        pieces = np.concatenate([self.corners[:-1], self.corners[1:]], axis=1).T
+        B = np.concatenate([-self.weights[:-1], self.weights[1:]], axis=1).T
+        return [NodalStiffness(self.title, pieces, across * B[:, None] * B)]
+
+    def stiffness_roots(self, x: np.ndarray) -> list[np.ndarray]:
+        """Return sqrt(k) dL/dx (n, d) [(N/m)^1/2]: a slack cable counts as taut."""
+        return [np.sqrt(self.stiffness) * self.length_gradient(x)]
 
     def length_gradient(self, x: np.ndarray) -> np.ndarray:
         """Return dL/dx (n, d) [-]."""

@@ -16,6 +16,7 @@ stiffness and displaces no material: that of the body at the same place remains 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -29,6 +30,11 @@ from softsim.compute.term import Pass, Stage, Term
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.quadrature import cube_functions, simplex_gradients
 from softsim.mesh.surface import at, closest_on_facets
+from softsim.rigid.frame import RigidBodies
+from softsim.structures.structure import NodalStiffness, Structure
+
+BAR_LENGTHS = 0.1, 2.0
+"""Plausible lengths of bars over the size of the elements around them."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +55,14 @@ class Fibre:
     bears_compression: bool
 
     @property
-    def columns(self) -> dict[str, str]:
-        """Columns that its term adds to the history -> unit."""
-        return {f"{self.name}_tension": "N"}
+    def title(self) -> str:
+        """Text for messages."""
+        return f"fibre '{self.name}'"
+
+    @property
+    def column(self) -> str:
+        """Column of its tension in the history [N]."""
+        return f"{self.name}_tension"
 
     @property
     def mass(self) -> float:
@@ -99,6 +110,68 @@ class Fibre:
         G = sp.csr_matrix((stretch.ravel(), (rows, columns)), shape=(len(nodes), n * d))
         return (G.T @ sp.diags(self.spring_stiffness) @ G).tocsr()
 
+    def bound(self) -> NodalStiffness:
+        """Return an upper bound EA / l_0 B B^T of the stiffness of the bars in any configuration.
+
+        A bar has the stiffness EA / l_0 along itself and T / l across, which is less, and negative
+        in compression. A slack bar, which has no stiffness, counts as taut.
+        """
+        B = self.bar_weights.T
+        return NodalStiffness(self.title, self.bar_nodes.T, self.spring_stiffness * B[:, None] * B)
+
+    def warnings(self, points: np.ndarray) -> dict[str, str]:
+        """Return a warning of bars much longer or shorter than the elements around them."""
+        around = points[self.corners]
+        size = float(np.ptp(around, axis=1).max(axis=1).mean())
+        bar = float(self.lengths.mean())
+        if BAR_LENGTHS[0] * size <= bar <= BAR_LENGTHS[1] * size:
+            return {}
+        which = "span several elements" if bar > size else "add run time without more accuracy"
+        return {
+            f"bars of {self.name}": f"{self.title} has bars of {1e3 * bar:.3g} mm in elements of "
+            f"{1e3 * size:.3g} mm, which {which}: set its spacing to about {500.0 * size:.2g} mm"
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Fibres(Structure):
+    """All fibres of a model: one structure, so that their kernels are compiled once."""
+
+    fibres: tuple[Fibre, ...]
+    kind: ClassVar[str] = "fibres"
+
+    @property
+    def columns(self) -> dict[str, str]:
+        return {fibre.column: "N" for fibre in self.fibres}
+
+    def term(
+        self, alike: Sequence["Fibres"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "FibreTerm":
+        return FibreTerm(nodes, self.fibres)
+
+    def nodal_mass(self, node_count: int) -> np.ndarray:
+        return sum((f.nodal_mass(node_count) for f in self.fibres), np.zeros(node_count))
+
+    def stiffness_bound(self, x: np.ndarray) -> list[NodalStiffness]:
+        return [fibre.bound() for fibre in self.fibres]
+
+    def rest_stiffness(self, points: np.ndarray) -> sp.csr_matrix:
+        nothing = sp.csr_matrix((points.size, points.size))
+        return sum((fibre.rest_stiffness(points) for fibre in self.fibres), nothing)
+
+    def lines(self, x: np.ndarray) -> dict[str, list[np.ndarray]]:
+        return {"fibres": [fibre.places(x) for fibre in self.fibres]}
+
+    def description(self) -> dict[str, str]:
+        return {
+            fibre.title: f"{len(fibre.lengths)} bars, {fibre.lengths.sum() * 1e3:.4g} mm, "
+            f"{fibre.mass * 1e3:.4g} g"
+            for fibre in self.fibres
+        }
+
+    def warnings(self, points: np.ndarray) -> dict[str, str]:
+        return {k: text for f in self.fibres for k, text in f.warnings(points).items()}
+
 
 class FibreTerm(Term):
     """Force term of all fibres of a model: one term, so that kernels are compiled once.
@@ -110,7 +183,7 @@ class FibreTerm(Term):
     def __init__(self, nodes: Nodes, fibres: Sequence[Fibre]) -> None:
         counts = [len(fibre.lengths) for fibre in fibres]
         self.nodes, self.bars = nodes, Number(sum(counts))
-        self.columns = [next(iter(fibre.columns)) for fibre in fibres]
+        self.columns = [fibre.column for fibre in fibres]
         self.starts = np.cumsum([0, *counts[:-1]])
         bar_nodes = np.concatenate([fibre.bar_nodes for fibre in fibres])
         self.node_count = bar_nodes.shape[1]

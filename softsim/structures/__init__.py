@@ -1,0 +1,1 @@
+"""Structural components of a model: cables, layers, fibres, ties, cables through eyelets."""
