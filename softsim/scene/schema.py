@@ -18,19 +18,16 @@ from softsim.scene.quantities import (
     AutoOrPositiveTime,
     Name,
     Number,
-    PositiveDensity,
     PositiveLength,
-    PositivePressure,
     PositiveTime,
     SetPattern,
-    SetReference,
     Spec,
     Text,
     WholeNumber,
     json_schema,
     written,
 )
-from softsim.scene.structural import CableSpec, FibreSpec
+from softsim.scene.structural import CableSpec, FibreSpec, LayerSpec, Tie
 from softsim.scene.walls import Contact, CrossingSpec, Environment
 
 # -------------------------------------------------------------------------------------------------
@@ -226,36 +223,6 @@ class Roles(Spec):
         description="Sentences on the assumptions of the robot's model and their validation, "
         "printed with the verdict on a layout.",
     )
-
-
-class Tie(Spec):
-    """Tie constraint between nodes and a surface with a non-matching mesh, as if glued. The nodes
-    are moved onto the facets before the start. If the meshes differ in size, tie the nodes of the
-    finer mesh to the facets of the coarser.
-    """
-
-    nodes: SetReference = Field(description='Node set that is tied: "paper.top".')
-    facets: SetReference = Field(
-        description='Facet set to which the nodes are tied: "finger.bottom".'
-    )
-    tolerance: PositiveLength | None = Field(
-        default=None,
-        description="Largest distance of a node from the facets. Default: 5 % of the mean facet "
-        "edge.",
-    )
-
-
-class LayerSpec(Spec):
-    """Thin layer (paper, cloth, film) bonded to the surface of a body. It is a membrane of St.
-    Venant-Kirchhoff material for small strains, without bending stiffness. Its thickness is
-    ignored by contact.
-    """
-
-    facets: SetReference = Field(description='Facet set that the layer covers: "finger.bottom".')
-    thickness: PositiveLength = Field(description="Thickness at rest.")
-    youngs_modulus: PositivePressure = Field(description="Young's modulus.")
-    poisson_ratio: Number = Field(default=0.3, ge=0.0, lt=0.5, description="Poisson's ratio.")
-    density: PositiveDensity = Field(description="Mass density.")
 
 
 class Scene(Spec):

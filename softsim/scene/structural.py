@@ -1,4 +1,4 @@
-"""Cables: tubes, wires, threads."""
+"""Structures: cables, fibres, layers on surfaces, ties. Pulled cables are loads (scene/loads.py)."""
 
 from typing import Annotated, Literal
 
@@ -18,6 +18,7 @@ from softsim.scene.quantities import (
     PositiveLength,
     PositiveLineDensity,
     PositivePressure,
+    SetReference,
     Spec,
     written,
 )
@@ -118,3 +119,37 @@ class FibreSpec(Spec):
         if (self.points is None) == (self.helix is None):
             raise ValueError("needs either points or a helix: give one of them")
         return self
+
+
+# -------------------------------------------------------------------------------------------------
+# Layers on surfaces, and ties.
+
+
+class Tie(Spec):
+    """Tie constraint between nodes and a surface with a non-matching mesh, as if glued. The nodes
+    are moved onto the facets before the start. If the meshes differ in size, tie the nodes of the
+    finer mesh to the facets of the coarser.
+    """
+
+    nodes: SetReference = Field(description='Node set that is tied: "paper.top".')
+    facets: SetReference = Field(
+        description='Facet set to which the nodes are tied: "finger.bottom".'
+    )
+    tolerance: PositiveLength | None = Field(
+        default=None,
+        description="Largest distance of a node from the facets. Default: 5 % of the mean facet "
+        "edge.",
+    )
+
+
+class LayerSpec(Spec):
+    """Thin layer (paper, cloth, film) bonded to the surface of a body. It is a membrane of St.
+    Venant-Kirchhoff material for small strains, without bending stiffness. Its thickness is
+    ignored by contact.
+    """
+
+    facets: SetReference = Field(description='Facet set that the layer covers: "finger.bottom".')
+    thickness: PositiveLength = Field(description="Thickness at rest.")
+    youngs_modulus: PositivePressure = Field(description="Young's modulus.")
+    poisson_ratio: Number = Field(default=0.3, ge=0.0, lt=0.5, description="Poisson's ratio.")
+    density: PositiveDensity = Field(description="Mass density.")
