@@ -1,4 +1,4 @@
-"""Structures: cables, fibres, layers on surfaces, ties. Pulled cables are loads (scene/loads.py)."""
+"""Structures: cables, fibres, layers, ties. Pulled cables stand in scene/loads.py."""
 
 from typing import Annotated, Literal
 
