@@ -24,7 +24,7 @@ from softsim.loads.pressure import (
 from softsim.loads.pressure_control import ControlledPressure, EventCycles
 from softsim.mesh.mesh import open_rim, with_corners
 from softsim.model import Model
-from softsim.scene import chambers as scene_chambers
+from softsim.scene import loads as scene_loads
 from softsim.scene.profiles import EventCyclesProfile, PressureProfile
 from softsim.scene.text import Keys
 from softsim.solver.stable_step import chamber_compliance
@@ -185,10 +185,10 @@ def chain(following: dict[int, int], start: int) -> list[int]:
 LIQUID_SHARE = 0.1
 
 Chamber = (
-    scene_chambers.FollowerPressureSpec
-    | scene_chambers.AddedVolumeSpec
-    | scene_chambers.AddedGasSpec
-    | scene_chambers.Pneumatic
+    scene_loads.FollowerPressureSpec
+    | scene_loads.AddedVolumeSpec
+    | scene_loads.AddedGasSpec
+    | scene_loads.Pneumatic
 )
 
 
@@ -204,7 +204,7 @@ def pressure(loaded: LoadTargets, load: Chamber, keys: Keys) -> FollowerPressure
         held = np.zeros_like(is_free)
         remedy = f"tie both ends to '{load.reacts_on}' (rigid_bodies.{load.reacts_on}.tied)"
         held[loaded.tied[body]] = True
-    asks_volume = not isinstance(load, scene_chambers.FollowerPressureSpec)
+    asks_volume = not isinstance(load, scene_loads.FollowerPressureSpec)
     if asks_volume or body is not None:
         refuse_open_chamber(names, facets, points, held, remedy, keys)
     edges = lids(names, facets, points, held) if asks_volume else facets[:0]
@@ -235,11 +235,11 @@ def pressure_source(
     A volume up to `nothing` [m^3] counts as none. A liquid adds at most the fraction LIQUID_SHARE
     to `stiffest`, the largest omega^2 [1/s^2] at rest, in a chamber of this `compliance` [m^4/kg].
     """
-    if isinstance(load, scene_chambers.FollowerPressureSpec):
+    if isinstance(load, scene_loads.FollowerPressureSpec):
         scale = GaugeScale(load.on_skin, load.factor, load.offset)
         return set_point(names, load.profile, scale, keys)
     # A gas may start in a flat chamber, if its line has room; a liquid needs a volume to refer to.
-    least = nothing if isinstance(load, scene_chambers.AddedVolumeSpec) else -nothing
+    least = nothing if isinstance(load, scene_loads.AddedVolumeSpec) else -nothing
     if volume < least:
         raise names.loaded.error(
             (*keys, "facets"),
@@ -247,10 +247,10 @@ def pressure_source(
             "flat",
             "name the facets of the body that touch the liquid or gas",
         )
-    if isinstance(load, scene_chambers.Pneumatic):
+    if isinstance(load, scene_loads.Pneumatic):
         return air_line(names, load, volume, nothing, keys)
     profile = over_the_run(names, load.profile, keys)
-    if isinstance(load, scene_chambers.AddedGasSpec):
+    if isinstance(load, scene_loads.AddedGasSpec):
         side = room_beside(names, load, volume, load.dead_volume, nothing, keys)
         specific_energy = load.gas_constant * load.temperature
         gas = AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
@@ -290,7 +290,7 @@ def set_point(names: Names, profile: PressureProfile, scale: GaugeScale, keys: K
 
 def room_beside(
     names: Names,
-    load: scene_chambers.AddedGasSpec | scene_chambers.Pneumatic,
+    load: scene_loads.AddedGasSpec | scene_loads.Pneumatic,
     volume: float,
     dead: float,
     nothing: float,
@@ -314,7 +314,7 @@ def room_beside(
 
 
 def air_line(
-    names: Names, load: scene_chambers.Pneumatic, volume: float, nothing: float, keys: Keys
+    names: Names, load: scene_loads.Pneumatic, volume: float, nothing: float, keys: Keys
 ) -> AirLine:
     """Return the pump, valve and tube of a chamber of this volume [m^3] at rest.
 

@@ -19,7 +19,6 @@ from softsim.loads.profile import Profile, smooth_rise
 from softsim.loads.rotor import CarriedRotor, Rotor, eccentric_mass, sinusoidal_force
 from softsim.loads.tendon import Tendon
 from softsim.loads.tether import EndDrag, Tether
-from softsim.scene import chambers as scene_chambers
 from softsim.scene import loads as scene_loads
 from softsim.scene.text import Keys
 from softsim.structures.pulled_cable import PulledCable
@@ -306,10 +305,10 @@ def driven(
 
 
 BUILDERS: dict[type, Callable[[LoadTargets, Any, Keys], Load]] = {
-    scene_chambers.FollowerPressureSpec: pressure,
-    scene_chambers.AddedVolumeSpec: pressure,
-    scene_chambers.AddedGasSpec: pressure,
-    scene_chambers.Pneumatic: pressure,
+    scene_loads.FollowerPressureSpec: pressure,
+    scene_loads.AddedVolumeSpec: pressure,
+    scene_loads.AddedGasSpec: pressure,
+    scene_loads.Pneumatic: pressure,
     scene_loads.EccentricMass: eccentric_motor,
     scene_loads.SinusoidalForce: sinusoid,
     scene_loads.NodalForceSpec: nodal_force,

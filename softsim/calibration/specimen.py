@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.scene.chambers import FollowerPressureSpec
 from softsim.scene.loading import LoadedScene
+from softsim.scene.loads import FollowerPressureSpec
 from softsim.scene.walls import PipeWall
 
 

@@ -25,9 +25,8 @@ from softsim.analysis.motion import fall_begins
 from softsim.errors import StabilityError
 from softsim.scene.assessment import QUESTIONS, REACH, robot_tree, said
 from softsim.scene.bodies import BallOutline
-from softsim.scene.chambers import FollowerPressureSpec, Pneumatic
 from softsim.scene.loading import LoadedScene, overridden, read_scene, validated
-from softsim.scene.loads import AxialReliefSpec, TetherSpec
+from softsim.scene.loads import AxialReliefSpec, FollowerPressureSpec, Pneumatic, TetherSpec
 from softsim.scene.profiles import CyclesProfile, EventCyclesProfile
 from softsim.scene.text import Tree, merged
 

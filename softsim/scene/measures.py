@@ -5,8 +5,7 @@
 
 from dataclasses import dataclass
 
-from softsim.scene.chambers import FollowerPressureSpec, Pneumatic
-from softsim.scene.loads import TendonSpec
+from softsim.scene.loads import FollowerPressureSpec, Pneumatic, TendonSpec
 from softsim.scene.outputs import probe_columns
 from softsim.scene.profiles import EventCyclesProfile, ever_falls
 from softsim.scene.schema import Scene

@@ -13,7 +13,6 @@ from itertools import pairwise
 from pathlib import Path
 
 from softsim.errors import Option, SceneError
-from softsim.scene.chambers import AddedGasSpec, AddedVolumeSpec, Pneumatic
 from softsim.scene.conditions import InitialVelocity, WallMotion
 from softsim.scene.loading import (
     STEPS,
@@ -22,7 +21,14 @@ from softsim.scene.loading import (
     read_scene,
     validated,
 )
-from softsim.scene.loads import PulledCableSpec, TendonSpec, TetherSpec
+from softsim.scene.loads import (
+    AddedGasSpec,
+    AddedVolumeSpec,
+    Pneumatic,
+    PulledCableSpec,
+    TendonSpec,
+    TetherSpec,
+)
 from softsim.scene.quantities import NAME
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.schema import Scene

@@ -7,8 +7,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from softsim.errors import SceneError
-from softsim.scene.chambers import FollowerPressureSpec
 from softsim.scene.loading import load_scene
+from softsim.scene.loads import FollowerPressureSpec
 from softsim.scene.profiles import TableSpec
 
 WITH_ALL = """\
