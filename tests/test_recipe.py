@@ -38,8 +38,8 @@ def drag_load(coefficients):
         coefficient: PerScenario[float]
         columns: ClassVar[dict[str, str]] = {"drag": "N"}
 
-        def term(self, alike, nodes, rigid_bodies):
-            return DragTerm(rigid_bodies, np.array([load.coefficient for load in alike]))
+        def term(self, scenarios, nodes, rigid_bodies):
+            return DragTerm(rigid_bodies, np.array([load.coefficient for load in scenarios]))
 
     class DragTerm(Term):
         def __init__(self, rigid_bodies, coefficients):
@@ -133,7 +133,7 @@ def cubic_spring(length):
         def title(self):
             return f"spring '{self.name}'"
 
-        def term(self, alike, nodes, rigid_bodies):
+        def term(self, scenarios, nodes, rigid_bodies):
             return SpringTerm(nodes, self)
 
         def elongation(self, x):
@@ -213,7 +213,7 @@ def test_a_structure_of_ones_own(build, fresh_taichi):
     from softsim.solver.energy import EnergyBalance, EnergyReader
     from softsim.solver.explicit import ExplicitSolver
     from softsim.solver.natural_modes import structure_stiffness
-    from softsim.solver.plausibility import doubts
+    from softsim.solver.plausibility import plausibility_warnings
     from softsim.solver.stable_step import stable_step
 
     plain = build(BLOCKS)
@@ -221,7 +221,7 @@ def test_a_structure_of_ones_own(build, fresh_taichi):
     spring = cubic_spring(float(np.linalg.norm(np.diff(points[ends], axis=0))))
     model = dataclasses.replace(plain, structures=(spring,))
     assert columns(model)["spring_force"] == "N"
-    assert doubts(model)["spring"] == "this spring is very stiff"
+    assert plausibility_warnings(model)["spring"] == "this spring is very stiff"
     assert "spring 'link'" in [cell for c in model_table(model).columns for cell in c.cells]
     np.testing.assert_array_equal(line_places(model, points)["fibres"], points[ends])
     assert description(model, "")["fibre_starts"].tolist() == [0]

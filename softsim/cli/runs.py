@@ -155,7 +155,7 @@ def check(
         from softsim.cli.run_tables import acting_tables, model_table
         from softsim.run.scenes import ready_model
         from softsim.run.steps import foreseen_models
-        from softsim.solver.plausibility import doubts, output_doubts
+        from softsim.solver.plausibility import output_warnings, plausibility_warnings
 
         models = foreseen_models(steps, choice) if steps else [ready_model(loaded, choice)]
         warnings = 0
@@ -166,7 +166,7 @@ def check(
             from_scene = steps[k].loaded if steps else loaded
             for table in acting_tables(from_scene, model):
                 console.print(table, highlight=False)
-            found = doubts(model) | output_doubts(model, from_scene.scene.output)
+            found = plausibility_warnings(model) | output_warnings(model, from_scene.scene.output)
             for text in found.values():
                 warnings += 1
                 console.print(f"warning: {text}", highlight=False)

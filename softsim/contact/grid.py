@@ -183,8 +183,8 @@ class DistanceGrid(Wall):
             result += weight * self.values[tuple((cell + corner).T)]
         return result
 
-    def obstacle(self, alike: Sequence["DistanceGrid"], places: np.ndarray) -> GriddedObstacle:
-        return GriddedObstacle(alike)
+    def obstacle(self, scenarios: Sequence["DistanceGrid"], places: np.ndarray) -> GriddedObstacle:
+        return GriddedObstacle(scenarios)
 
     def touched_at_once(self) -> tuple[float, float]:
         """Return the slope of the gap of the one surface for both bounds."""

@@ -305,8 +305,8 @@ class PipeNetwork(Wall):
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
         return {self.name: self.gap(x)}
 
-    def obstacle(self, alike: Sequence["PipeNetwork"], places: np.ndarray) -> NetworkObstacle:
-        return NetworkObstacle(alike, places)
+    def obstacle(self, scenarios: Sequence["PipeNetwork"], places: np.ndarray) -> NetworkObstacle:
+        return NetworkObstacle(scenarios, places)
 
     def touched_at_once(self) -> tuple[float, float]:
         """Return 1 for both bounds: in a corner only the nearest piece pushes."""

@@ -539,8 +539,8 @@ class PolylineWall(Wall):
         """Return the shortest path [m] through the wall, normal to the middle of an edge."""
         return self.polyline.thickness
 
-    def obstacle(self, alike: Sequence["PolylineWall"], places: np.ndarray) -> PolylineObstacle:
-        return PolylineObstacle(alike, len(places))
+    def obstacle(self, scenarios: Sequence["PolylineWall"], places: np.ndarray) -> PolylineObstacle:
+        return PolylineObstacle(scenarios, len(places))
 
     def touched_at_once(self) -> tuple[float, float]:
         """Return the bounds for one edge, or two where there is a concave corner.

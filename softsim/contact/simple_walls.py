@@ -34,8 +34,8 @@ class HalfSpaces(Wall):
             for name, point, normal in zip(self.names, self.points, self.normals, strict=True)
         }
 
-    def obstacle(self, alike: Sequence["HalfSpaces"], places: np.ndarray) -> "FlatObstacle":
-        return FlatObstacle(alike)
+    def obstacle(self, scenarios: Sequence["HalfSpaces"], places: np.ndarray) -> "FlatObstacle":
+        return FlatObstacle(scenarios)
 
     def touched_at_once(self) -> tuple[float, float]:
         """Return the bounds; of walls that face each other only one side is touched at a time."""
@@ -108,8 +108,8 @@ class Cylinder(Wall):
         """Return the smaller of diameter and length [m]."""
         return 2.0 * min(self.radius, self.half_length)
 
-    def obstacle(self, alike: Sequence["Cylinder"], places: np.ndarray) -> "CylinderObstacle":
-        return CylinderObstacle(alike)
+    def obstacle(self, scenarios: Sequence["Cylinder"], places: np.ndarray) -> "CylinderObstacle":
+        return CylinderObstacle(scenarios)
 
     def drawn(self) -> dict[str, np.ndarray]:
         """Return a rectangle of lines in the plane, or the faces of side and caps in space."""
@@ -190,8 +190,8 @@ class RoundPipes(Wall):
             found[name] = radius - np.linalg.norm(across, axis=1)
         return found
 
-    def obstacle(self, alike: Sequence["RoundPipes"], places: np.ndarray) -> "RoundObstacle":
-        return RoundObstacle(alike)
+    def obstacle(self, scenarios: Sequence["RoundPipes"], places: np.ndarray) -> "RoundObstacle":
+        return RoundObstacle(scenarios)
 
     def drawn(self) -> dict[str, np.ndarray]:
         """Return a point on the axis, its direction and the radius of each pipe."""
@@ -245,8 +245,8 @@ class Sphere(Wall):
         """Return the diameter [m]."""
         return 2.0 * self.radius
 
-    def obstacle(self, alike: Sequence["Sphere"], places: np.ndarray) -> "SphereObstacle":
-        return SphereObstacle(alike)
+    def obstacle(self, scenarios: Sequence["Sphere"], places: np.ndarray) -> "SphereObstacle":
+        return SphereObstacle(scenarios)
 
     def drawn(self) -> dict[str, np.ndarray]:
         """Return a circle of lines in the plane, or faces in space."""

@@ -74,11 +74,11 @@ class Wall(ABC):
         """Return the signed gap (n,) [m] of points x (n, d) to each surface, negative inside."""
 
     @abstractmethod
-    def obstacle(self, alike: Sequence[Any], places: np.ndarray) -> "Obstacle":
+    def obstacle(self, scenarios: Sequence[Any], places: np.ndarray) -> "Obstacle":
         """Return the obstacle of the wall in kernels.
 
-        alike: this wall in every scenario, this one first. places: positions of the contact nodes
-        at the start (k, d) [m].
+        scenarios: this wall in every scenario, this one first. places: positions of the contact
+        nodes at the start (k, d) [m].
         """
 
     def steepest(self) -> float:
@@ -93,7 +93,7 @@ class Wall(ABC):
         """
         return float("inf")
 
-    def frame(self, alike: Sequence[Any]) -> FixedFrame:
+    def frame(self, scenarios: Sequence[Any]) -> FixedFrame:
         """Return the axes in which the wall is at rest: those of space, unless it moves."""
         return FixedFrame()
 
@@ -209,11 +209,13 @@ class FittedWall(Wall):
     def steepest(self) -> float:
         return self.wall.steepest()
 
-    def obstacle(self, alike: Sequence["FittedWall"], places: np.ndarray) -> "FittedObstacle":
-        return FittedObstacle(self.wall.obstacle([one.wall for one in alike], places), alike)
+    def obstacle(self, scenarios: Sequence["FittedWall"], places: np.ndarray) -> "FittedObstacle":
+        return FittedObstacle(
+            self.wall.obstacle([one.wall for one in scenarios], places), scenarios
+        )
 
-    def frame(self, alike: Sequence["FittedWall"]) -> FixedFrame:
-        return self.wall.frame([one.wall for one in alike])
+    def frame(self, scenarios: Sequence["FittedWall"]) -> FixedFrame:
+        return self.wall.frame([one.wall for one in scenarios])
 
     def touched_at_once(self) -> tuple[float, float]:
         return self.wall.touched_at_once()
@@ -282,15 +284,15 @@ class OffsetWall(Wall):
         """Return the signed gap (n,) [m] of balls of the radius at points x (n, d), by surface."""
         return {name: gap - self.radius for name, gap in self.wall.gaps(x).items()}
 
-    def obstacle(self, alike: Sequence["OffsetWall"], places: np.ndarray) -> "OffsetObstacle":
-        walls = [one.wall for one in alike]
+    def obstacle(self, scenarios: Sequence["OffsetWall"], places: np.ndarray) -> "OffsetObstacle":
+        walls = [one.wall for one in scenarios]
         return OffsetObstacle(self.wall.obstacle(walls, places), self.radius)
 
     def steepest(self) -> float:
         return self.wall.steepest()
 
-    def frame(self, alike: Sequence["OffsetWall"]) -> FixedFrame:
-        return self.wall.frame([one.wall for one in alike])
+    def frame(self, scenarios: Sequence["OffsetWall"]) -> FixedFrame:
+        return self.wall.frame([one.wall for one in scenarios])
 
     def least_gap(self, x: np.ndarray) -> np.ndarray:
         """Return a lower bound (n,) [m] of the gap of balls at points x (n, d) at any time."""

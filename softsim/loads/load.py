@@ -46,10 +46,10 @@ class Load(ABC):
         return {}
 
     @abstractmethod
-    def term(self, alike: Sequence[Any], nodes: Nodes, rigid_bodies: RigidBodies) -> Term:
+    def term(self, scenarios: Sequence[Any], nodes: Nodes, rigid_bodies: RigidBodies) -> Term:
         """Return the kernel class of the load.
 
-        alike: this load in every scenario, this one first.
+        scenarios: this load in every scenario, this one first.
         """
 
     def springs(self, centres: np.ndarray, gravity: float) -> list[RigidSpring]:

@@ -24,11 +24,11 @@ class NodalForce(Load):
     share: PerScenario[Profile]
 
     def term(
-        self, alike: Sequence["NodalForce"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["NodalForce"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "NodalForceTerm":
-        forces = np.stack([load.forces for load in alike])
+        forces = np.stack([load.forces for load in scenarios])
         return NodalForceTerm(
-            nodes, self.nodes, forces, ProfileTable([load.share for load in alike])
+            nodes, self.nodes, forces, ProfileTable([load.share for load in scenarios])
         )
 
     def remark(self, points: np.ndarray) -> str:
@@ -94,9 +94,11 @@ class AxialRelief(Load):
     mass: PerScenario[float]
 
     def term(
-        self, alike: Sequence["AxialRelief"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["AxialRelief"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "AxialReliefTerm":
-        return AxialReliefTerm(rigid_bodies, self.body, np.array([relief.mass for relief in alike]))
+        return AxialReliefTerm(
+            rigid_bodies, self.body, np.array([relief.mass for relief in scenarios])
+        )
 
 
 class AxialReliefTerm(Term):
@@ -140,10 +142,10 @@ class RisingGravity(Load):
     share: PerScenario[Profile]
 
     def term(
-        self, alike: Sequence["RisingGravity"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["RisingGravity"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "RisingGravityTerm":
-        full = np.stack([gravity.full for gravity in alike])
-        table = ProfileTable([gravity.share for gravity in alike])
+        full = np.stack([gravity.full for gravity in scenarios])
+        table = ProfileTable([gravity.share for gravity in scenarios])
         return RisingGravityTerm(nodes, rigid_bodies, full, table)
 
     def time_scaled(self, factor: float) -> "RisingGravity":
@@ -233,10 +235,10 @@ class RigidForce(Load):
     share: PerScenario[Profile]
 
     def term(
-        self, alike: Sequence["RigidForce"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["RigidForce"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "RigidForceTerm":
-        forces = np.stack([load.force for load in alike])
-        table = ProfileTable([load.share for load in alike])
+        forces = np.stack([load.force for load in scenarios])
+        table = ProfileTable([load.share for load in scenarios])
         return RigidForceTerm(rigid_bodies, self.body, forces, table)
 
     @property

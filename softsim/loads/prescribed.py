@@ -26,9 +26,9 @@ class PrescribedMotion(Load):
     profile: PerScenario[Profile]
 
     def term(
-        self, alike: Sequence["PrescribedMotion"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["PrescribedMotion"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "PrescribedMotionTerm":
-        profiles = [motion.profile for motion in alike]
+        profiles = [motion.profile for motion in scenarios]
         return PrescribedMotionTerm(nodes, self.nodes, self.axis, ProfileTable(profiles))
 
     @property
@@ -96,9 +96,9 @@ class RigidMotion(Load):
         return {"drive_force": "N"}
 
     def term(
-        self, alike: Sequence["RigidMotion"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["RigidMotion"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "RigidMotionTerm":
-        table = ProfileTable([motion.profile for motion in alike])
+        table = ProfileTable([motion.profile for motion in scenarios])
         return RigidMotionTerm(rigid_bodies, self.body, self.axis, table)
 
     @property
@@ -201,14 +201,14 @@ class MovingWall(Wall):
     def thickness(self) -> float:
         return self.wall.thickness()
 
-    def obstacle(self, alike: Sequence["MovingWall"], places: np.ndarray) -> Obstacle:
+    def obstacle(self, scenarios: Sequence["MovingWall"], places: np.ndarray) -> Obstacle:
         """Return the kernel class of the wall, in the axes of the moving frame."""
-        return self.wall.obstacle([moving.wall for moving in alike], places)
+        return self.wall.obstacle([moving.wall for moving in scenarios], places)
 
-    def frame(self, alike: Sequence["MovingWall"]) -> "MovingFrame":
+    def frame(self, scenarios: Sequence["MovingWall"]) -> "MovingFrame":
         """Return the axes that move with the wall."""
-        table = ProfileTable([moving.displacement for moving in alike])
-        return MovingFrame(force_column(self.names[0]), self.axis, table, len(alike))
+        table = ProfileTable([moving.displacement for moving in scenarios])
+        return MovingFrame(force_column(self.names[0]), self.axis, table, len(scenarios))
 
     def offset(self, time: float) -> np.ndarray:
         """Return the displacement (3,) [m] at a time [s]; zero before t = 0."""

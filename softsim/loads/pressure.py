@@ -476,10 +476,10 @@ class FollowerPressure(Load):
     area: PerScenario[float]
 
     def term(
-        self, alike: Sequence["FollowerPressure"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["FollowerPressure"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "FollowerPressureTerm":
         facets, lids = (self.geometry.facets(nodes, f) for f in (self.facets, self.lids))
-        sources = [load.source for load in alike]
+        sources = [load.source for load in scenarios]
         body = OPEN if self.body is None else self.body
         return FollowerPressureTerm(nodes, rigid_bodies, facets, lids, sources, body)
 

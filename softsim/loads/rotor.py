@@ -112,9 +112,9 @@ class Rotor(Load):
     rotor: RotorForce
 
     def term(
-        self, alike: Sequence["Rotor"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["Rotor"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "RotorTerm":
-        return RotorTerm(rigid_bodies, self.body, [load.rotor for load in alike])
+        return RotorTerm(rigid_bodies, self.body, [load.rotor for load in scenarios])
 
     def at_frequency(self, now: RotorForce, frequency: float, t: float) -> RotorForce:
         """Return `now` at another frequency [Hz] from t [s] on; a sinusoid keeps its amplitude."""
@@ -126,9 +126,9 @@ class CarriedRotor(Rotor):
     """Motor on rigid body number `body`, with force directions that turn with the body."""
 
     def term(
-        self, alike: Sequence["Rotor"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["Rotor"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "CarriedRotorTerm":
-        return CarriedRotorTerm(rigid_bodies, self.body, [load.rotor for load in alike])
+        return CarriedRotorTerm(rigid_bodies, self.body, [load.rotor for load in scenarios])
 
     def at_frequency(self, now: RotorForce, frequency: float, t: float) -> RotorForce:
         """Return `now` at another frequency f [Hz] from t [s] on, its force rising as f^2."""

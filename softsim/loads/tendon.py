@@ -38,12 +38,12 @@ class Tendon(Load):
         return {"pull": "N"}
 
     def term(
-        self, alike: Sequence["Tendon"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["Tendon"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "TendonTerm":
         return TendonTerm(
-            rigid_bodies, self.body, np.array([tendon.stiffness for tendon in alike]),
-            np.stack([tendon.direction for tendon in alike]),
-            np.array([tendon.slack for tendon in alike]),
+            rigid_bodies, self.body, np.array([tendon.stiffness for tendon in scenarios]),
+            np.stack([tendon.direction for tendon in scenarios]),
+            np.array([tendon.slack for tendon in scenarios]),
         )  # fmt: skip
 
     def springs(self, centres: np.ndarray, gravity: float) -> list[RigidSpring]:

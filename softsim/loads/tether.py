@@ -83,15 +83,15 @@ class Tether(Load):
         return self.drag
 
     def term(
-        self, alike: Sequence["Tether"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["Tether"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "TetherTerm":
         return TetherTerm(
             rigid_bodies, self.body,
-            np.stack([tether.point for tether in alike]) - rigid_bodies.rest_centre[self.body],
-            np.array([tether.stiffness for tether in alike]),
-            np.array([tether.drag for tether in alike]),
-            np.array([tether.carried_mass for tether in alike]),
-            np.stack([tether.turning_stiffness for tether in alike]),
+            np.stack([tether.point for tether in scenarios]) - rigid_bodies.rest_centre[self.body],
+            np.array([tether.stiffness for tether in scenarios]),
+            np.array([tether.drag for tether in scenarios]),
+            np.array([tether.carried_mass for tether in scenarios]),
+            np.stack([tether.turning_stiffness for tether in scenarios]),
         )  # fmt: skip
 
     def springs(self, centres: np.ndarray, gravity: float) -> list[RigidSpring]:
@@ -254,9 +254,9 @@ class EndDrag(Load):
         return self.drag
 
     def term(
-        self, alike: Sequence["EndDrag"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["EndDrag"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "EndDragTerm":
-        return EndDragTerm(nodes, alike)
+        return EndDragTerm(nodes, scenarios)
 
 
 class EndDragTerm(Term):

@@ -153,10 +153,12 @@ def seek(
                 search = jobs[job.key][0]
                 trial = search.note(job, outcome)
                 left = sum(each.left for each in asked)
-                console.print(told(search.pipe, trial, left), highlight=False, soft_wrap=True)
+                console.print(
+                    progress_line(search.pipe, trial, left), highlight=False, soft_wrap=True
+                )
 
 
-def told(pipe: TrialPipe, trial: DragTrial, left: int) -> str:
+def progress_line(pipe: TrialPipe, trial: DragTrial, left: int) -> str:
     """Return a trial as a line of text."""
     got_on = "advances" if trial.got_on else "does not advance"
     return (

@@ -131,7 +131,7 @@ class Batch:
         [run] = self.runs
         control = earlier.hand_over(run.scenario)
         stable = run.estimator.at(run.scenario.positions())
-        self.solver.set_off(time_increment(run.model, stable))
+        self.solver.start_motion(time_increment(run.model, stable))
         self.reader.update()
         with run.files.logged():
             run.begin_step(control)
@@ -191,7 +191,7 @@ class Batch:
     def do_blocks(self) -> None:
         """Advance each run by a block of increments, with the guards, rows and frames due then."""
         counts = self.next_blocks()
-        self.go_on(counts)
+        self.continue_block(counts)
         self.end_blocks()
 
     def next_blocks(self) -> np.ndarray:
@@ -203,10 +203,10 @@ class Batch:
         self.solver.begin_block()
         return counts
 
-    def go_on(self, counts: np.ndarray) -> None:
+    def continue_block(self, counts: np.ndarray) -> None:
         """Compute the given number of increments of each run (scenarios,)."""
         with self.clock.spending_on(KERNEL):
-            self.solver.go_on(counts)
+            self.solver.continue_block(counts)
 
     def end_blocks(self) -> None:
         """Apply the guards, and write the rows and frames, that are due at the end of a block."""

@@ -67,7 +67,7 @@ from softsim.solver.penetration import (
     penetration_warnings,
     thinnest_wall,
 )
-from softsim.solver.plausibility import doubts, output_doubts
+from softsim.solver.plausibility import output_warnings, plausibility_warnings
 from softsim.solver.schedule import GROWTH, StableStepSchedule
 from softsim.solver.stable_step import StableStep, estimator
 from softsim.solver.stiffness_bound import ReferenceShape
@@ -311,7 +311,9 @@ class Run:
             log.info("mass scaling: %s", self.model.mass_scaling.describe())
             self.files.warn(turning_warnings(self.model.added_turning))
         log.info("stable step %s", stable.describe())
-        self.files.warn(doubts(self.model) | output_doubts(self.model, self.output))
+        self.files.warn(
+            plausibility_warnings(self.model) | output_warnings(self.model, self.output)
+        )
         self.files.warn(step_warnings(self.model, stable))
         energies = self.reader.of_scenario(self.scenario.number)
         self.balance = EnergyBalance.starting(energies, self.model)

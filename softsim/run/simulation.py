@@ -223,7 +223,7 @@ class Simulation:
                 return
         to_asked = np.ceil((asked - self.time) / self._scenario.time_increment - 1e-9)
         count = min(self._left, max(1, int(to_asked)))
-        self._batch.go_on(np.array([count]))
+        self._batch.continue_block(np.array([count]))
         self._left -= count
         if self._left == 0:
             self._batch.end_blocks()

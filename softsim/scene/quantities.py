@@ -366,9 +366,9 @@ def chosen_by_presence(tag: str, keys: Collection[str], otherwise: str) -> Discr
     It selects `tag` if a mapping has any of `keys`, and `otherwise` if it has none.
     """
 
-    def told(value: Any) -> str:
+    def chosen(value: Any) -> str:
         if isinstance(value, Mapping):
             return tag if any(key in value for key in keys) else otherwise
         return tag if any(hasattr(value, key) for key in keys) else otherwise
 
-    return Discriminator(told)
+    return Discriminator(chosen)

@@ -207,7 +207,7 @@ def settle(
         for part in parts:
             if asked_to_stop:
                 raise interrupted_before_start(asked_to_stop)
-            solver.go_on(is_moving * part)
+            solver.continue_block(is_moving * part)
         reader.update()
         for s in moving:
             try:

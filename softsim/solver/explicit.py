@@ -182,10 +182,10 @@ class ExplicitSolver:
 
         dt: the next steps [s], one for all scenarios, or (scenarios,).
         """
-        self.set_off(dt)
+        self.start_motion(dt)
         self.reset_energy_balance()
 
-    def set_off(self, dt: float | np.ndarray) -> None:
+    def start_motion(self, dt: float | np.ndarray) -> None:
         """Compute the current forces and the first half kick; dt as for `begin`."""
         for s, step in enumerate(np.broadcast_to(dt, self.scenarios)):
             self._set_time_increment(s, float(step))
@@ -269,14 +269,14 @@ class ExplicitSolver:
         Scenarios with 0 increments do not change.
         """
         self.begin_block()
-        self.go_on(counts)
+        self.continue_block(counts)
 
     def begin_block(self) -> None:
-        """Begin a block of increments, which `go_on` performs in one or more parts."""
+        """Begin a block of increments, which `continue_block` performs in one or more parts."""
         self.block_starts = self.times.copy()
         self.done_in_block = np.zeros(self.scenarios, dtype=int)
 
-    def go_on(self, counts: int | np.ndarray) -> None:
+    def continue_block(self, counts: int | np.ndarray) -> None:
         """Do `counts` more increments of the block; counts as for `advance`.
 
         The result is the same, bit for bit, whether the block is done in one part or in several.
@@ -345,7 +345,7 @@ class ExplicitSolver:
         """Copy the state of another solver of the same bodies at `time` [s], for common fields.
 
         Velocities of components that are not free are set to zero. The others are those of half a
-        step later: call `go_back_half` or `come_to_rest`, then `set_off`.
+        step later: call `go_back_half` or `come_to_rest`, then `start_motion`.
         """
         for name, field in self.terms.state_fields().items():
             if name in state and fields.shape_of(field) == state[name].shape:

@@ -49,7 +49,7 @@ LEAST_POISSON_RATIO = 0.4
 below 2 % where it is 3 % at 0.475."""
 
 
-def clamp_doubts(model: Model) -> dict[str, str]:
+def clamp_warnings(model: Model) -> dict[str, str]:
     """Return warnings, kind -> text, of clamped elements that are too long."""
     held = ~np.any(model.is_free, axis=1)
     found: dict[str, str] = {}
@@ -151,38 +151,38 @@ FEWEST_INCREMENTS = 10
 MOST_DAYS, FAST = 30.0, 50e6
 
 
-def doubts(model: Model) -> dict[str, str]:
+def plausibility_warnings(model: Model) -> dict[str, str]:
     """Return warnings, kind -> text, of implausible values in a model.
 
     Sizes, materials and pressures are compared with those of soft robots; walls, forces, fillings,
     masses and times with the model's own scale; contact, ties, fibres and air lines are checked.
     """
     return {
-        **{f"size of {b.name}": text for b in model.bodies for text in size_doubts(b)},
-        **{f"depth of {b.name}": text for b in model.bodies for text in depth_doubts(b)},
+        **{f"size of {b.name}": text for b in model.bodies for text in size_warnings(b)},
+        **{f"depth of {b.name}": text for b in model.bodies for text in depth_warnings(b)},
         **{
             f"{kind} of {material.name}": text
             for material in {id(r.material): r.material for r in model.regions}.values()
-            for kind, text in material_doubts(material).items()
+            for kind, text in material_warnings(material).items()
         },
-        **pressure_doubts(model),
-        **air_line_doubts(model),
-        **pace_doubts(model),
-        **length_doubts(model),
-        **meeting_doubts(model),
-        **surface_doubts(model),
-        **clamp_doubts(model),
-        **wall_doubts(model),
-        **support_doubts(model),
-        **force_doubts(model),
-        **filling_doubts(model),
-        **mass_doubts(model),
-        **time_doubts(model),
+        **pressure_warnings(model),
+        **air_line_warnings(model),
+        **pace_warnings(model),
+        **length_warnings(model),
+        **meeting_warnings(model),
+        **surface_warnings(model),
+        **clamp_warnings(model),
+        **wall_warnings(model),
+        **support_warnings(model),
+        **force_warnings(model),
+        **filling_warnings(model),
+        **mass_warnings(model),
+        **time_warnings(model),
         **{k: t for s in model.all_structures for k, t in s.warnings(model.points).items()},
     }
 
 
-def size_doubts(body: Body) -> Iterator[str]:
+def size_warnings(body: Body) -> Iterator[str]:
     """Return a warning of a body that is very small or very large."""
     extent = np.ptp(body.points, axis=0)
     if not SIZES[0] <= extent.max() <= SIZES[1]:
@@ -193,7 +193,7 @@ def size_doubts(body: Body) -> Iterator[str]:
         )
 
 
-def depth_doubts(body: Body) -> Iterator[str]:
+def depth_warnings(body: Body) -> Iterator[str]:
     """Return warnings of plane sections that are very thin or thick."""
     depths = {r.geometry.thickness for r in body.regions if isinstance(r.geometry, PlaneStrain)}
     for depth in sorted(depths):
@@ -204,7 +204,7 @@ def depth_doubts(body: Body) -> Iterator[str]:
             )
 
 
-def material_doubts(material: Material) -> dict[str, str]:
+def material_warnings(material: Material) -> dict[str, str]:
     """Return warnings of a material with an unusual stiffness or density, or an unstable law.
 
     Unusual: softer than a gel or harder than plastic, too light or too heavy. Unstable: the law
@@ -239,7 +239,7 @@ def material_doubts(material: Material) -> dict[str, str]:
     return found
 
 
-def pressure_doubts(model: Model) -> dict[str, str]:
+def pressure_warnings(model: Model) -> dict[str, str]:
     """Return warnings of pressures far above the softest shear modulus, or below vacuum."""
     softest = min(r.material.law.initial_shear_modulus for r in model.regions)
     found = {}
@@ -262,7 +262,7 @@ def pressure_doubts(model: Model) -> dict[str, str]:
     return found
 
 
-def air_line_doubts(model: Model) -> dict[str, str]:
+def air_line_warnings(model: Model) -> dict[str, str]:
     """Return warnings of air lines with turbulent flow, or too little flow for pump or profile."""
     return {
         f"{kind} of {load.name}": f"load '{load.name}': {text}"
@@ -271,7 +271,7 @@ def air_line_doubts(model: Model) -> dict[str, str]:
     }
 
 
-def pace_doubts(model: Model) -> dict[str, str]:
+def pace_warnings(model: Model) -> dict[str, str]:
     """Return warnings of motors and motions that are too fast for the time step."""
     dt = first_time_increment(model)
     shortest = LEAST_INCREMENTS * dt
@@ -305,7 +305,7 @@ def shortest_swing(profile: Profile) -> float:
     return float(np.diff(turns).min()) if len(turns) > 1 else np.inf
 
 
-def length_doubts(model: Model) -> dict[str, str]:
+def length_warnings(model: Model) -> dict[str, str]:
     """Return a warning of a run with an impractical computing time."""
     dt = first_time_increment(model)
     increments = (model.end_time - model.start_time) / dt
@@ -319,7 +319,7 @@ def length_doubts(model: Model) -> dict[str, str]:
     }
 
 
-def wall_doubts(model: Model) -> dict[str, str]:
+def wall_warnings(model: Model) -> dict[str, str]:
     """Return warnings of walls that are too far from all bodies for contact."""
     size = float(np.ptp(model.points, axis=0).max())
     touching = model.points[model.contact.nodes]
@@ -333,7 +333,7 @@ def wall_doubts(model: Model) -> dict[str, str]:
     }
 
 
-def support_doubts(model: Model) -> dict[str, str]:
+def support_warnings(model: Model) -> dict[str, str]:
     """Return a warning of bodies that fall freely by more than their size.
 
     There is no wall, no held node or rigid body, and no load that may carry them.
@@ -358,7 +358,7 @@ def support_doubts(model: Model) -> dict[str, str]:
     }
 
 
-def force_doubts(model: Model) -> dict[str, str]:
+def force_warnings(model: Model) -> dict[str, str]:
     """Return warnings of forces that are too large for the size and stiffness of the model."""
     softest = min(r.material.law.initial_shear_modulus for r in model.regions)
     scale = softest * float(np.ptp(model.points, axis=0).max()) ** 2
@@ -371,7 +371,7 @@ def force_doubts(model: Model) -> dict[str, str]:
     }
 
 
-def filling_doubts(model: Model) -> dict[str, str]:
+def filling_warnings(model: Model) -> dict[str, str]:
     """Return warnings of chambers whose added content or line is far larger than the chamber."""
     found = {}
     for load in model.pressures:
@@ -392,7 +392,7 @@ def filling_doubts(model: Model) -> dict[str, str]:
     return found
 
 
-def mass_doubts(model: Model) -> dict[str, str]:
+def mass_warnings(model: Model) -> dict[str, str]:
     """Return warnings of moving rigid bodies that are far heavier than all deformable ones."""
     soft = sum(body.mass for body in model.bodies)
     return {
@@ -403,7 +403,7 @@ def mass_doubts(model: Model) -> dict[str, str]:
     }
 
 
-def time_doubts(model: Model) -> dict[str, str]:
+def time_warnings(model: Model) -> dict[str, str]:
     """Return warnings of times that do not fit the run's length, and of a run of a few increments.
 
     A run in steps begins late: times of loads count from t = 0.
@@ -431,7 +431,7 @@ def time_doubts(model: Model) -> dict[str, str]:
     return found
 
 
-def output_doubts(model: Model, output: Output) -> dict[str, str]:
+def output_warnings(model: Model, output: Output) -> dict[str, str]:
     """Return warnings of intervals of the output that are far longer than the run."""
     duration = model.end_time - model.start_time
     return {
@@ -442,7 +442,7 @@ def output_doubts(model: Model, output: Output) -> dict[str, str]:
     }
 
 
-def meeting_doubts(model: Model) -> dict[str, str]:
+def meeting_warnings(model: Model) -> dict[str, str]:
     """Return warnings of bodies without contact with each other that overlap or are close."""
     group = linked_groups(tied_pairs(model), len(model.bodies))
     found = {}
@@ -467,7 +467,7 @@ def meeting_doubts(model: Model) -> dict[str, str]:
     return found
 
 
-def surface_doubts(model: Model) -> dict[str, str]:
+def surface_warnings(model: Model) -> dict[str, str]:
     """Return warnings of rigid mesh surfaces that are close to a body without contact with it."""
     found = {}
     for rigid, body in product(model.rigid_bodies, model.bodies):

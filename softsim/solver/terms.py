@@ -54,12 +54,12 @@ class Terms:
             for r in joined_regions(model.regions, model.points)
         ]
         self.structures = [
-            alike[0].term(alike, self.nodes, self.rigid_bodies)
-            for alike in zip(*(m.structures for m in models), strict=True)
+            of_scenarios[0].term(of_scenarios, self.nodes, self.rigid_bodies)
+            for of_scenarios in zip(*(m.structures for m in models), strict=True)
         ]
         self.loads = [
-            alike[0].term(alike, self.nodes, self.rigid_bodies)
-            for alike in zip(*(m.loads for m in models), strict=True)
+            of_scenarios[0].term(of_scenarios, self.nodes, self.rigid_bodies)
+            for of_scenarios in zip(*(m.loads for m in models), strict=True)
         ]
         self.friction_memory = np.array([m.friction_memory for m in models])
         self.slip_length = np.array([m.friction_slip_length for m in models])
@@ -127,13 +127,13 @@ class Terms:
     def _structure_contacts(self, models: list[Model]) -> list[SurfaceContact]:
         """Return the contact of each structure with each wall."""
         result = []
-        for alike in zip(*(m.structures for m in models), strict=True):
-            contacts = [c for c in (one.wall_contact for one in alike) if c is not None]
+        for of_scenarios in zip(*(m.structures for m in models), strict=True):
+            contacts = [c for c in (one.wall_contact for one in of_scenarios) if c is not None]
             if not contacts:
                 continue
             friction = [contact.friction_coefficient for contact in contacts]
             for walls in zip(*(m.walls for m in models), strict=True):
-                offset = [OffsetWall(wall, alike[0].radius) for wall in walls]
+                offset = [OffsetWall(wall, of_scenarios[0].radius) for wall in walls]
                 result.append(self._wall_contact(models[0], contacts[0], offset, friction))
         return result
 

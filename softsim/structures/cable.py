@@ -59,7 +59,7 @@ class Cable(Structure):
         return {f"{self.name}_tension": "N"}
 
     def term(
-        self, alike: Sequence["Cable"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["Cable"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "CableTerm":
         return CableTerm(nodes, self)
 

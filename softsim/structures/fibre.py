@@ -145,7 +145,7 @@ class Fibres(Structure):
         return {fibre.column: "N" for fibre in self.fibres}
 
     def term(
-        self, alike: Sequence["Fibres"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["Fibres"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "FibreTerm":
         return FibreTerm(nodes, self.fibres)
 

@@ -55,7 +55,7 @@ class Layer(Structure):
         return f"layer '{self.name}'"
 
     def term(
-        self, alike: Sequence["Layer"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["Layer"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "LayerTerm":
         return LayerTerm(nodes, self)
 

@@ -66,9 +66,9 @@ class PulledCable(Load, Structure):
         return {f"{self.name}_tension": "N", f"{self.name}_drawn_in": "m"}
 
     def term(
-        self, alike: Sequence["PulledCable"], nodes: Nodes, rigid_bodies: RigidBodies
+        self, scenarios: Sequence["PulledCable"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "PulledCableTerm":
-        return PulledCableTerm(nodes, alike)
+        return PulledCableTerm(nodes, scenarios)
 
     @property
     def largest_force(self) -> float:

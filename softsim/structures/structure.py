@@ -57,10 +57,10 @@ class Structure(ABC):
         return {}
 
     @abstractmethod
-    def term(self, alike: Sequence[Any], nodes: Nodes, rigid_bodies: RigidBodies) -> Term:
+    def term(self, scenarios: Sequence[Any], nodes: Nodes, rigid_bodies: RigidBodies) -> Term:
         """Return the kernel class of the structure.
 
-        alike: this structure in every scenario, this one first.
+        scenarios: this structure in every scenario, this one first.
         """
 
     @property

@@ -61,7 +61,9 @@ class Ties(Structure):
     shifts: np.ndarray
     kind: ClassVar[str] = "ties"
 
-    def term(self, alike: Sequence["Ties"], nodes: Nodes, rigid_bodies: RigidBodies) -> "TieTerm":
+    def term(
+        self, scenarios: Sequence["Ties"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "TieTerm":
         return TieTerm(nodes, self)
 
     def description(self) -> dict[str, str]:

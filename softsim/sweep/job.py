@@ -532,7 +532,7 @@ class StudyProgress:
             self.console.print(self._state(in_flight), highlight=False)
 
     @property
-    def told(self) -> str:
+    def summary(self) -> str:
         """Progress such as "12 of 40 cases, 1 failed"."""
         ended = self.ended.total()
         others = [f"{n} {status}" for status, n in sorted(self.ended.items()) if status != DONE]
@@ -547,7 +547,7 @@ class StudyProgress:
 
     def _state(self, in_flight: int) -> str:
         """Return the progress with the number of running cases and the estimated end."""
-        text = f"{self.told}, {in_flight} running"
+        text = f"{self.summary}, {in_flight} running"
         ended = self.ended.total()
         if not ended:
             return text
@@ -633,7 +633,7 @@ def kept_ledger(
             yield ledger
             status = "done"
         except Interrupted as stop:
-            raise Interrupted(f"{stop.message}, {progress.told}", stop.hint) from None
+            raise Interrupted(f"{stop.message}, {progress.summary}", stop.hint) from None
         finally:
             ledger.close(status)
 

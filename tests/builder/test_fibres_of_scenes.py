@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from softsim.errors import SceneError
-from softsim.solver.plausibility import doubts
+from softsim.solver.plausibility import plausibility_warnings
 
 THREAD = "diameter: 0.4 mm, youngs_modulus: 30 GPa, density: 1440 kg/m^3"
 SCENE = f"""\
@@ -94,6 +94,6 @@ def test_what_cannot_be_a_fibre_is_refused(build, text, old, new, told, line):
     [("8 mm", "span several elements"), ("0.1 mm", "add run time"), ("1 mm", None)],
 )
 def test_a_spacing_far_from_the_elements_is_doubted(build, spacing, told):
-    found = doubts(build(SCENE.replace("spacing: 1 mm", f"spacing: {spacing}")))
+    found = plausibility_warnings(build(SCENE.replace("spacing: 1 mm", f"spacing: {spacing}")))
     text = found.get("bars of kevlar")
     assert text is None if told is None else text is not None and told in text

@@ -2,7 +2,7 @@
 
 import pytest
 
-from softsim.solver.plausibility import clamp_doubts, missing_deflection
+from softsim.solver.plausibility import clamp_warnings, missing_deflection
 
 STRIP = """
 bodies:
@@ -37,4 +37,4 @@ def test_long_elements_at_a_clamp_are_warned_of(build, scene, size, poisson_rati
     held = ~model.is_free.any(axis=1)
     # The farthest node is a corner, farther than the length.
     assert missing_deflection(model.regions[0], held) == pytest.approx(missing, rel=0.03)
-    assert list(clamp_doubts(model)) == (["clamp of b"] if warned else [])
+    assert list(clamp_warnings(model)) == (["clamp of b"] if warned else [])

@@ -10,7 +10,7 @@ from softsim.errors import SceneError
 from softsim.loads.profile import Profile
 from softsim.scene.loading import load_scene
 from softsim.scene.outputs import Output
-from softsim.solver.plausibility import doubts, output_doubts, shortest_swing
+from softsim.solver.plausibility import output_warnings, plausibility_warnings, shortest_swing
 
 SCENES = Path(__file__).parents[2] / "scenes"
 SCENE = """\
@@ -47,17 +47,17 @@ def test_what_is_hardly_meant_is_told(build, override, kind, told):
     overrides = [override]
     if override.startswith("bodies"):
         overrides.append("bodies.b.mesh.element_size=1 m")
-    found = doubts(build(SCENE, *overrides))
+    found = plausibility_warnings(build(SCENE, *overrides))
     assert told in found[kind]
 
 
 def test_what_is_meant_is_not_doubted(build):
-    assert doubts(build(SCENE)) == {}
+    assert plausibility_warnings(build(SCENE)) == {}
 
 
 @pytest.mark.parametrize("name", ["first_look", "pfr_36mm", "pfr_free_inflation"])
 def test_no_shipped_scene_is_doubted(name):
-    assert doubts(build_model(load_scene(SCENES / f"{name}.yaml"))) == {}
+    assert plausibility_warnings(build_model(load_scene(SCENES / f"{name}.yaml"))) == {}
 
 
 @pytest.mark.physics
@@ -65,7 +65,7 @@ def test_no_shipped_scene_is_doubted(name):
 def test_no_scene_at_all_is_doubted(path):
     """The literal section of the thesis is meant to be as thin as it says."""
     known = {"pfr_36mm_literal": ["depth of skin"]}
-    assert list(doubts(build_model(load_scene(path)))) == known.get(path.stem, [])
+    assert list(plausibility_warnings(build_model(load_scene(path)))) == known.get(path.stem, [])
 
 
 def test_a_motion_faster_than_its_increments(build):
@@ -75,7 +75,7 @@ conditions:
           displacement: {kind: table, points: [[0 s, 0 mm], [20 us, 1 mm], [40 us, 0 mm],
                                                [60 us, 1 mm]]}}
 """
-    found = doubts(build(SCENE + moved))
+    found = plausibility_warnings(build(SCENE + moved))
     assert list(found) == ["motion 0"] and "reverses within 20 us" in found["motion 0"]
 
 
@@ -106,13 +106,13 @@ time: {end: 1 s}
     ],
 )
 def test_air_lines_that_do_not_follow_are_told(build, before, after, kind, told):
-    found = doubts(build(LINE.replace(before, after)))
+    found = plausibility_warnings(build(LINE.replace(before, after)))
     assert list(found) == [kind]
     assert told in found[kind]
 
 
 def test_an_air_line_that_follows_is_not_doubted(build):
-    assert doubts(build(LINE)) == {}
+    assert plausibility_warnings(build(LINE)) == {}
 
 
 def test_a_coarse_side_tied_to_a_finer_one(build):
@@ -130,11 +130,14 @@ ties: {glue: {nodes: FINER, facets: COARSER}}
     right, wrong = scene, scene
     for side, other in zip(sides, reversed(sides), strict=True):
         right, wrong = right.replace(side, sides[side]), wrong.replace(side, sides[other])
-    assert doubts(build(right)) == {}
+    assert plausibility_warnings(build(right)) == {}
     apart = right.replace("[0 mm, 4 mm]", "[0 mm, 5 mm]")
     apart = apart.replace("lower.top}", "lower.top, tolerance: 2 mm}")
-    assert "up to 1 mm, 100 % of the size of their" in doubts(build(apart))["shifts of ties"]
-    assert "exchange nodes and facets" in doubts(build(wrong))["sides of ties"]
+    assert (
+        "up to 1 mm, 100 % of the size of their"
+        in plausibility_warnings(build(apart))["shifts of ties"]
+    )
+    assert "exchange nodes and facets" in plausibility_warnings(build(wrong))["sides of ties"]
 
 
 TWO = """
@@ -156,7 +159,7 @@ time: {end: 1 s}
 )  # fmt: skip
 def test_bodies_that_may_meet_without_contact(build, height, told):
     """Two blocks of 6 mm, the upper one beginning at this height: near, touching, inside, far."""
-    found = doubts(build(TWO, f"bodies.b.position.1={height}"))
+    found = plausibility_warnings(build(TWO, f"bodies.b.position.1={height}"))
     if told is None:
         assert found == {}
         return
@@ -166,10 +169,10 @@ def test_bodies_that_may_meet_without_contact(build, height, told):
 
 
 def test_bodies_with_contact_or_tied_are_not_doubted(build):
-    assert doubts(build(TWO, "contact.self_contact=[a, b.bottom]")) == {}
-    assert "contact of a and b" in doubts(build(TWO, "contact.self_contact=[a]"))
+    assert plausibility_warnings(build(TWO, "contact.self_contact=[a, b.bottom]")) == {}
+    assert "contact of a and b" in plausibility_warnings(build(TWO, "contact.self_contact=[a]"))
     glue = TWO + "ties: {glue: {nodes: b.bottom, facets: a.top}}\n"
-    assert doubts(build(glue, "bodies.b.position.1=6 mm")) == {}
+    assert plausibility_warnings(build(glue, "bodies.b.position.1=6 mm")) == {}
 
 
 FILLED = """
@@ -226,15 +229,15 @@ CYCLES = SCENE.replace(
 )
 def test_what_does_not_fit_the_model_is_told(build, scene, override, kind, told):
     """The scene is not doubted before."""
-    assert doubts(build(scene)) == {}
-    found = doubts(build(scene, override))
+    assert plausibility_warnings(build(scene)) == {}
+    found = plausibility_warnings(build(scene, override))
     assert told in found[kind]
 
 
 def test_intervals_that_leave_no_rows(build):
     model = build(SCENE)
-    assert output_doubts(model, Output()) == {}
-    found = output_doubts(model, Output(history_interval="5e11 s", frame_interval="2e13 s"))
+    assert output_warnings(model, Output()) == {}
+    found = output_warnings(model, Output(history_interval="5e11 s", frame_interval="2e13 s"))
     assert list(found) == ["history_interval", "frame_interval"]
     assert "is 5e+11 s in a run of 1 s" in found["history_interval"]
 

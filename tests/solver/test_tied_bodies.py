@@ -38,7 +38,7 @@ def test_the_same_bits_with_two_workers_and_from_a_kept_state(build, restart):
         found.append(solver.state())
     solver.restore(begun, 0.0, 0, dt)
     solver.begin_block()
-    solver.go_on(25)
+    solver.continue_block(25)
     halfway = solver.state()
     solver.restore(begun, 0.0, 0, dt)
     solver.advance(3)  # something else between

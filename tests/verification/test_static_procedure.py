@@ -142,16 +142,16 @@ def test_interrupted_and_resumed_gives_the_same_result(run, tmp_path, monkeypatc
 
     text = hanging("plane_strain").replace("output: {", "output: {history_interval: 200 us, ")
     run(text, out="whole")
-    go_on = ExplicitSolver.go_on
+    continue_block = ExplicitSolver.continue_block
 
-    def go_on_and_stop(solver, count):
-        go_on(solver, count)
+    def continue_and_stop(solver, count):
+        continue_block(solver, count)
         if solver.time > 3e-3 and not stopped:
             stopped.append(solver.time)
             os.kill(os.getpid(), signal.SIGTERM)
 
     stopped = []
-    monkeypatch.setattr(ExplicitSolver, "go_on", go_on_and_stop)
+    monkeypatch.setattr(ExplicitSolver, "continue_block", continue_and_stop)
     with pytest.raises(Interrupted):
         run(text, out="parts")
     assert stopped[0] > 2e-3

@@ -199,7 +199,7 @@ def test_a_tied_bar_swings_as_one_of_one_mesh(build, start, fresh_taichi, record
     solver = start(tied)
     fields.write(solver.terms.nodes.position, (tied.points + 1e-6 * shape)[None])
     solver.terms.nodes.velocity.fill(0.0)
-    solver.set_off(solver.time_increment)
+    solver.start_motion(solver.time_increment)
     times, along = [], []
     while solver.time < 1.6 / found[0].frequency:
         solver.advance(8)

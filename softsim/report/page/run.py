@@ -295,14 +295,14 @@ def write_steps_page(folder: Path) -> Path:
     diagram = steps_diagram(runs)
     context = {
         "title": whole.get("title") or folder.name,
-        "steps": [told(step, folder, runs.get(step["name"])) for step in whole["steps"]],
+        "steps": [step_row(step, folder, runs.get(step["name"])) for step in whole["steps"]],
         "chart": None if diagram is None else chart_of(diagram),
     }
     write_page("steps.html", context, page)
     return page
 
 
-def told(step: Mapping[str, Any], folder: Path, run: Recorded | None) -> dict[str, Any]:
+def step_row(step: Mapping[str, Any], folder: Path, run: Recorded | None) -> dict[str, Any]:
     """Return the name of a step, its page if it has started, and how it ended."""
     if run is None:
         return {"name": step["name"], "page": None, "verdicts": [RunVerdict(OPEN, "not begun")]}
