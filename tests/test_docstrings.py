@@ -10,6 +10,7 @@ from pathlib import Path
 import softsim
 
 PACKAGE = Path(softsim.__file__).parent
+NAMED_FILE = re.compile(r"(?<![\w.*-])(?:[a-z_]+/)*([a-z_]+\.py)\b")
 FRAGMENT = re.compile(r"(What|Of|How|Whether|Where|Which|Who|Whose|That of|Those of)\b")
 
 
@@ -51,3 +52,16 @@ def test_no_two_classes_have_the_same_name():
         if isinstance(node, ast.ClassDef)
     )
     assert [name for name, count in names.items() if count > 1] == []
+
+
+def test_files_that_docstrings_and_comments_name_exist():
+    known = {
+        path.name for folder in (PACKAGE, Path(__file__).parent) for path in folder.rglob("*.py")
+    }
+    found = [
+        f"{path.relative_to(PACKAGE)}: {name}"
+        for path in sorted(PACKAGE.rglob("*.py"))
+        for name in NAMED_FILE.findall(path.read_text(encoding="utf-8"))
+        if name not in known
+    ]
+    assert found == []

@@ -1,6 +1,6 @@
 """Sections revolved about the y axis; x is the radius, forces are those of whole rings.
 
-The in-plane kinematics is that of elements/plane_elements.py and quadrilaterals.py. The hoop
+The in-plane kinematics is that of elements/plane_elements.py. The hoop
 stretch is the mean of r / R over the ring's volume, int r dA / int R dA, so with the weights w_a =
 int N_a dA / int R dA
     F_zz = sum_a w_a r_a,   dF_zz/dr_a = w_a.

@@ -1,6 +1,6 @@
 """Plane strain: F_zz = 1.
 
-Kinematics in the plane in elements/plane_elements.py and quadrilaterals.py, material in
+Kinematics in the plane in elements/plane_elements.py, material in
 elements/material_points.py, volumetric part in elements/one_point.py.
 """
 

@@ -1,6 +1,6 @@
 """Section of a round robot with hoop stiffness: two strips, opposite sides of its rings.
 
-The in-plane kinematics is that of elements/plane_elements.py and quadrilaterals.py. The hoop
+The in-plane kinematics is that of elements/plane_elements.py. The hoop
 stretch of a ring cell is that of the diameters between its corners c and the nodes c' opposite them
 (elements/ring_section.py),
     F_zz = sum_c |x_c - x_c'| / D,   D = sum_c |X_c - X_c'|,

@@ -1,4 +1,4 @@
-"""Records of a run: the files of a folder (files.py), or memory alone."""
+"""Records of a run: the files of a folder, or memory alone."""
 
 import logging
 from collections.abc import Iterator, Mapping

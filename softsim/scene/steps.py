@@ -36,10 +36,15 @@ from softsim.scene.text import Keys, Tree, child, entries, merged
 
 OF_A_STEP = ("time", "expect")
 ENDED = ("loads", "conditions")
+MAY_CHANGE = {
+    "title", "environment", "contact", "conditions", "loads", "time", "solver", "robot", "layout",
+    "trailed", "crossing", "output", "expect",
+}  # fmt: skip
+# A step cannot change any other part of a scene, nor the walls.
 THE_SAME = (
-    ("bodies",), ("materials",), ("cables",), ("layers",), ("fibres",), ("ties",),
-    ("rigid_bodies",), ("environment", "walls"),
-)  # fmt: skip
+    *((key,) for key in Scene.model_fields if key not in MAY_CHANGE),
+    ("environment", "walls"),
+)
 # What they hold counts from the rest shape and place on.
 FROM_REST = (AddedVolumeSpec, AddedGasSpec, Pneumatic, TendonSpec, TetherSpec, PulledCableSpec)
 

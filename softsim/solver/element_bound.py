@@ -248,7 +248,7 @@ class RegionStiffness:
 
         share (r,) [m^3]: current volume that belongs to one pressure. stiffness (r,) [J]: V
         (material F_zz^2 + spatial), an upper bound of the factor of (dF_zz / F_zz)^2, and also of
-        that of d^2F_zz / F_zz, which is V tau_zz, see tangent.py.
+        that of d^2F_zz / F_zz, which is V tau_zz, see RegionStiffness.
         """
         points, cells = self.region.points, self.region.cells
         gradient, curvature = (

@@ -433,7 +433,9 @@ class Scenario:
     def centre_of_mass(self) -> np.ndarray:
         """Return the centre of mass (d,) [m] of the meshed bodies."""
         mass = self.model.mass[: self.model.meshed_count]
-        moment = np.einsum("a,ai->i", mass, self.positions()[: len(mass)])  # not BLAS: lanczos.py
+        moment = np.einsum(
+            "a,ai->i", mass, self.positions()[: len(mass)]
+        )  # not BLAS, whose last bits vary
         centre: np.ndarray = moment / mass.sum()
         return centre
 

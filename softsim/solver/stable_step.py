@@ -132,8 +132,8 @@ class StableStep:
     """Time step [s] without safety factor, and its limit.
 
     value [s]: step to take, which for accuracy may be less than the stable one; `limit` then names
-    the reason. stable [s]: stability limit. cause: text of the limit of `value`; STIFFEST for an
-    element. region, element: element with most energy of the fastest mode, numbered within its
+    the reason. stable [s]: stability limit. cause: text of the limit of `value`; ELEMENT_CAUSE for
+    an element. region, element: element with most energy of the fastest mode, numbered within its
     region. x (n, d): positions of all nodes [m].
     """
 

@@ -9,14 +9,14 @@ force on it has to move. The matrix is P^T (M^-1/2 K M^-1/2) P with P = M^1/2 T 
 
 K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: pressures, G_a = dJ_a/dx, with their bulk
                                                 viscosity eta_a
-  + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)     shape and initial stress: tangent.py,
+  + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)  shape, initial stress: element_bound.py
                                                 with d^2F_zz in elements with hoop strain
   + sum_j B_j (x) 1                             structures: Structure.stiffness_bound
-  + diag(k_a)                                   contact: contact_stiffness.py
+  + diag(k_a)                                   contact: contact_bound.py
   + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, with the most content of their profile
   + sum_c b_c (x) b_c                           pulled cables: Structure.stiffness_roots.
-Nodes that are tied to a rigid body count as free, with some of its mass (rigid_bodies.py). Contacts
-and springs of the body itself are not part of this matrix. Fixed and prescribed components do not
+Nodes that are tied to a rigid body count as free, with some of its mass (contact_bound.py). Its
+contacts and springs are not part of this matrix. Fixed and prescribed components do not
 move. The load stiffness of a pressure p is left out: some p / kappa of the contact stiffness.
 """
 
@@ -79,7 +79,7 @@ class ScaledStiffness:
         result = self.inverse_sqrt_mass * force
         result += self.contact * v
         for whole in (*self.chambers, *(root for _, root in self.structures)):
-            result += np.einsum("i,i", whole, v) * whole  # not BLAS: see lanczos.py
+            result += np.einsum("i,i", whole, v) * whole  # not BLAS: see lanczos (stable_step.py)
         return result
 
     def pressures(self, v: np.ndarray) -> np.ndarray:
@@ -322,7 +322,7 @@ def volume_gradient(geometry: Geometry, facets: np.ndarray, x: np.ndarray) -> np
 # -------------------------------------------------------------------------------------------------
 # Shape for which the stable step was estimated; near it, the estimate holds.
 #
-# The bound assumes contact at every node that may touch (contact_stiffness.py), and the most
+# The bound assumes contact at every node that may touch (contact_bound.py), and the most
 # content that chambers ever have: it changes only if elements deform or nodes come near a wall. An
 # element whose principal stretches have changed by the fraction e since the estimate has gradients
 # of at most 1 / (1 - e) times those then, so that its stable step has fallen by about e, and by as

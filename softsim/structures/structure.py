@@ -1,4 +1,4 @@
-"""Interface of structural components: what a cable, a layer, fibres, a tie, a pulled cable add.
+"""Interface of structural components: cables, layers, fibres, ties, pulled cables.
 
 A structure adds forces to the nodes of a model. The solver, the bound of the stable step, natural
 modes, the history, figures and warnings call the same methods of all structures; the defaults are
@@ -24,8 +24,9 @@ from softsim.rigid.frame import RigidBodies
 class NodalStiffness:
     """Upper bound of the stiffness between the nodes of m parts of a structure.
 
-    It is the same for every component of the displacement. name: the structure, for messages. nodes
-    (a, m): numbered in the model. values (a, a, m) [N/m].
+    Each of the m parts has a nodes, such as the two ends of a bar. Its stiffness, with geometric
+    stiffness, is at most `values` in every direction of the displacements. name: the structure, for
+    messages. nodes (a, m): numbered in the model. values (a, a, m) [N/m].
     """
 
     name: str
@@ -36,8 +37,8 @@ class NodalStiffness:
 class Structure(ABC):
     """Structural component of one scenario.
 
-    Subclasses are frozen dataclasses. Their fields that are not marked `Own`
-    (softsim/compute/term.py) are equal in all scenarios of a solver. kind: its noun in messages.
+    Subclasses are frozen dataclasses. Their fields that are not marked `PerScenario`
+    (softsim/compute/term.py) are equal in all scenarios of a solver. kind: noun for messages.
     wall_contact: contact of its nodes with walls; None if walls do not touch it. radius [m]:
     distance of its surface, which touches walls, from these nodes.
     """
@@ -82,15 +83,16 @@ class Structure(ABC):
     def stiffness_roots(self, x: np.ndarray) -> list[np.ndarray]:
         """Return vectors b (n, d) [(N/m)^1/2] whose products b (x) b add to the stiffness.
 
-        They are for stiffness of a structure as a whole that sets in suddenly when it goes taut.
+        They are for a structure that is slack at first and then becomes stiff as a whole, such as a
+        pulled cable: the time step also resolves this impact.
         """
         return []
 
     def shape_measures(self, x: np.ndarray) -> np.ndarray:
-        """Return dimensionless measures (k,) of the shape, with which the stiffness grows.
+        """Return dimensionless measures (k,) of the shape, on which the stiffness bound depends.
 
-        The stable step is estimated again when one of them has grown by more than
-        ALLOWED_GROWTH (solver/stiffness_bound.py).
+        The stable step is estimated again when one of them has grown by more than ALLOWED_GROWTH,
+        0.04 (solver/stiffness_bound.py): scale them so that the bound grows by 15 % at most.
         """
         return np.zeros(0)
 
@@ -101,7 +103,8 @@ class Structure(ABC):
     def lines(self, x: np.ndarray) -> dict[str, list[np.ndarray]]:
         """Return the lines (k, d) [m] that figures draw, by kind, with the nodes at x (n, d) [m].
 
-        "cables" are drawn thick and behind the bodies, "fibres" thin and over them.
+        The kinds are "cables", drawn thick and behind the bodies, and "fibres", drawn thin and over
+        them.
         """
         return {}
 
@@ -111,7 +114,7 @@ class Structure(ABC):
         return np.zeros((0, 0), dtype=int)
 
     def description(self) -> dict[str, str]:
-        """Return lines of the table that `check` prints: title -> size and mass."""
+        """Return rows of the table that `check` prints, title -> text with size and mass."""
         return {}
 
     def warnings(self, points: np.ndarray) -> dict[str, str]:

@@ -18,7 +18,7 @@ sum_j w_ij m_i |x_j - x_i|^2 to the inertia against turning.
 Linear fields pass a tie exactly, whatever the meshes. The forces of a uniform stress balance there
 to round-off where the tied side is a refinement of the other: each of its facets lies within one
 of the other side, whose shape functions are linear on it, so that sum_i w_ij f_i integrates them
-exactly. Else they are off by how that sum integrates a kink (measured in
+exactly. Otherwise the error is that of integrating a function with kinks by that sum (measured in
 tests/verification/test_ties.py): tie the finer side to the coarser one.
 """
 

@@ -2,11 +2,9 @@
 
 To be read in this order:
 
-    job       a case to run in a folder, its execution by a worker, and its outcome
+    job       a case to run in a folder, its execution by a worker, and its outcome; table, files
+              and progress of a running study
     engine    the workers, which receive jobs and return outcomes
-    ledger    table, files and progress of a running study
-    checks    detection of cases that cannot run, before anything runs
-    cost      estimated cost of the cases
     trials    choice of the next trials of an optimisation, and their early stopping
     study     all cases of a study, trials until the best is found, `softsim.Study`
 """
