@@ -5,7 +5,7 @@ raised here, with the key at which they occur.
 """
 
 from softsim.builder.assembly import build_model
+from softsim.builder.conditions import built_profile
 from softsim.builder.materials import library_material, library_names
-from softsim.builder.profiles import built_profile
 
 __all__ = ["build_model", "built_profile", "library_material", "library_names"]

@@ -9,11 +9,12 @@ from softsim.builder import contact as self_contact
 from softsim.builder import walls as wall_corners
 from softsim.builder.bodies import built_bodies, material_keys, meshed_bodies
 from softsim.builder.chambers import refuse_what_cannot_be_felt
+from softsim.builder.conditions import over_the_run
+from softsim.builder.loads import LoadTargets
 from softsim.builder.names import Names
 from softsim.builder.names import chamber as chamber_of
 from softsim.builder.names import robot as robot_of
 from softsim.builder.passage import crossing, end_time, refuse_steady_probe, steady_probe
-from softsim.builder.profiles import LoadTargets, over_the_run
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.loads.nodal import RisingGravity
 from softsim.loads.pressure import FollowerPressure

@@ -1,26 +1,40 @@
-"""Loads: motors, forces, tendons, tethers, pulled cables; the pressure of chambers: chambers.py."""
+"""Loads: pressure in chambers, motors, forces, tendons, tethers, pulled cables."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from softsim.builder.bodies import bounded
-from softsim.builder.chambers import joined_facets, pressure
+from softsim.builder.bodies import bounded, common_geometry
+from softsim.builder.chambers import joined_facets, lids, refuse_open_chamber, smallest_volume
+from softsim.builder.conditions import over_the_run
 from softsim.builder.names import Names, in_mm
-from softsim.builder.profiles import LoadTargets, over_the_run
 from softsim.builder.rigid import freedom
 from softsim.builder.structural import in_bodies, refuse_all_around
 from softsim.elements.geometry import nodal_sums
+from softsim.loads.air_line import AirLine, SetPoint, Tube
 from softsim.loads.load import Load
 from softsim.loads.nodal import AxialRelief, NodalForce, RigidForce
+from softsim.loads.pressure import (
+    AddedGas,
+    AddedVolume,
+    FollowerPressure,
+    GaugeScale,
+    PrescribedPressure,
+    PressureSource,
+)
+from softsim.loads.pressure_control import ControlledPressure, EventCycles
 from softsim.loads.profile import Profile, smooth_rise
 from softsim.loads.rotor import CarriedRotor, Rotor, eccentric_mass, sinusoidal_force
 from softsim.loads.tendon import Tendon
 from softsim.loads.tether import EndDrag, Tether
+from softsim.model import Body
 from softsim.scene import loads as scene_loads
+from softsim.scene.profiles import EventCyclesProfile, PressureProfile
 from softsim.scene.text import Keys
+from softsim.solver.stable_step import chamber_compliance, element_frequencies
 from softsim.structures.pulled_cable import PulledCable
 
 # Way [m] on which a tether's drag builds up, where no stiffness is given: what some 0.25 m of soft
@@ -29,6 +43,29 @@ ELASTIC_SLIP = 0.1e-3
 
 # Of a cable's length: eyelets that are no farther from each other are at one place.
 SAME_PLACE = 1e-6
+
+
+@dataclass(frozen=True)
+class LoadTargets:
+    """Bodies and nodes on which loads act.
+
+    points (n, d) [m], mass (n,) [kg] and is_free (n, d): of all nodes. tied: nodes tied to each
+    rigid body. total_mass [kg]: of everything in the model.
+    """
+
+    names: Names
+    bodies: tuple[Body, ...]
+    points: np.ndarray
+    mass: np.ndarray
+    is_free: np.ndarray
+    tied: list[np.ndarray]
+    total_mass: float
+
+    @cached_property
+    def stiffest(self) -> float:
+        """Largest omega^2 [1/s^2] of an element at rest."""
+        regions = (region for body in self.bodies for region in body.regions)
+        return max(float(element_frequencies(region).max()) for region in regions)
 
 
 def built_loads(loaded: LoadTargets) -> dict[str, Load]:
@@ -302,6 +339,181 @@ def driven(
     pull = 1.0 if key == "pull_profile" else load.pull or 0.0
     tension = 1.0 if key == "tension_profile" else load.tension or 0.0
     return course.times_factor(pull), course.times_factor(tension)
+
+
+# -------------------------------------------------------------------------------------------------
+# Pressure of chambers and its sources: a time history, a liquid, a gas, an air line.
+
+# A liquid is stiff, but adds no more than this to omega^2 of the stiffest element at rest, so that
+# it costs a twentieth of the time step at most.
+LIQUID_SHARE = 0.1
+
+Chamber = (
+    scene_loads.FollowerPressureSpec
+    | scene_loads.AddedVolumeSpec
+    | scene_loads.AddedGasSpec
+    | scene_loads.Pneumatic
+)
+
+
+def pressure(loaded: LoadTargets, load: Chamber, keys: Keys) -> FollowerPressure:
+    """Return the follower pressure on the facets of a chamber."""
+    names, points, is_free = loaded.names, loaded.points, loaded.is_free
+    facets = joined_facets(names, load.facets, keys)
+    geometry = common_geometry(names, facets, keys)
+    body, remedy = None, "hold both ends (bodies.NAME.fixed)"
+    held = ~is_free
+    if load.reacts_on is not None:
+        body = names.rigid_number(load.reacts_on, (*keys, "reacts_on"))
+        held = np.zeros_like(is_free)
+        remedy = f"tie both ends to '{load.reacts_on}' (rigid_bodies.{load.reacts_on}.tied)"
+        held[loaded.tied[body]] = True
+    asks_volume = not isinstance(load, scene_loads.FollowerPressureSpec)
+    if asks_volume or body is not None:
+        refuse_open_chamber(names, facets, points, held, remedy, keys)
+    edges = lids(names, facets, points, held) if asks_volume else facets[:0]
+    first_node = names.bodies[load.facets[0].partition(".")[0]].first_node
+    first = min(names.bodies[one.partition(".")[0]].first_node for one in load.facets)
+    area = float(geometry.corner_areas(points[first:], facets - first).sum())
+    facets, closing = (geometry.pressed(f, first_node) for f in (facets, edges))
+    volume = geometry.enclosed_volume(points, np.concatenate([facets, closing]))
+    nothing = smallest_volume(geometry, facets, points)
+    if abs(volume) <= nothing:
+        volume = 0.0
+    compliance = chamber_compliance(geometry, facets, points, loaded.mass, is_free)
+    source = pressure_source(names, load, volume, nothing, loaded.stiffest, compliance, keys)
+    return FollowerPressure(str(keys[-1]), facets, closing, geometry, source, body, area)
+
+
+def pressure_source(
+    names: Names,
+    load: Chamber,
+    volume: float,
+    nothing: float,
+    stiffest: float,
+    compliance: float,
+    keys: Keys,
+) -> PressureSource:
+    """Return the pressure source of a chamber of this volume [m^3] at rest.
+
+    A volume up to `nothing` [m^3] counts as none. A liquid adds at most the fraction LIQUID_SHARE
+    to `stiffest`, the largest omega^2 [1/s^2] at rest, in a chamber of this `compliance` [m^4/kg].
+    """
+    if isinstance(load, scene_loads.FollowerPressureSpec):
+        scale = GaugeScale(load.on_skin, load.factor, load.offset)
+        return set_point(names, load.profile, scale, keys)
+    # A gas may start in a flat chamber, if its line has room; a liquid needs a volume to refer to.
+    least = nothing if isinstance(load, scene_loads.AddedVolumeSpec) else -nothing
+    if volume < least:
+        raise names.loaded.error(
+            (*keys, "facets"),
+            f"the facets enclose {volume * 1e6:.4g} ml: they face away from the chamber, or are "
+            "flat",
+            "name the facets of the body that touch the liquid or gas",
+        )
+    if isinstance(load, scene_loads.Pneumatic):
+        return air_line(names, load, volume, nothing, keys)
+    profile = over_the_run(names, load.profile, keys)
+    if isinstance(load, scene_loads.AddedGasSpec):
+        side = room_beside(names, load, volume, load.dead_volume, nothing, keys)
+        specific_energy = load.gas_constant * load.temperature
+        gas = AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
+        refuse_emptied(names, gas, f"{gas.initial_mass * 1e6:.4g} mg of gas", keys)
+        return gas
+    if compliance == 0.0:
+        raise names.loaded.error(
+            (*keys, "facets"),
+            "no node of the chamber can move, so the volume of the liquid cannot change",
+            "name facets of a body that can deform",
+        )
+    liquid = AddedVolume(profile, volume, LIQUID_SHARE * stiffest * volume / compliance)
+    refuse_emptied(names, liquid, f"{volume * 1e6:.4g} ml", keys)
+    return liquid
+
+
+def refuse_emptied(names: Names, filling: AddedVolume | AddedGas, held: str, keys: Keys) -> None:
+    """Raise SceneError if more is to be taken out of a chamber than it holds at the start."""
+    least = float(filling.profile.values.min())
+    if least <= -filling.content:
+        raise names.loaded.error(
+            (*keys, "profile"),
+            f"{-least / filling.content:.3g} times the content of the chamber would be removed; it "
+            f"holds {held} at the start",
+            "remove less than it holds; positive values add to it",
+        )
+
+
+def set_point(names: Names, profile: PressureProfile, scale: GaugeScale, keys: Keys) -> SetPoint:
+    """Return the pressure source of a profile at the gauge, or of a control by events."""
+    if isinstance(profile, EventCyclesProfile):
+        settings = EventCycles(**profile.model_dump(exclude={"kind"}))
+        start = names.beginning.of(keys)
+        return ControlledPressure(replace(settings, start=start + settings.start))
+    return PrescribedPressure.at_gauge(over_the_run(names, profile, keys), scale)
+
+
+def room_beside(
+    names: Names,
+    load: scene_loads.AddedGasSpec | scene_loads.Pneumatic,
+    volume: float,
+    dead: float,
+    nothing: float,
+    keys: Keys,
+) -> float:
+    """Return the gas volume [m^3] beside a chamber of `volume` [m^3].
+
+    It is `dead` minus the excluded volume. Raises SceneError if the total volume is not larger than
+    `nothing` [m^3].
+    """
+    side = dead - load.excluded_volume
+    if volume + side <= nothing:
+        raise names.loaded.error(
+            keys,
+            f"the chamber holds {volume * 1e6:.4g} ml, of which {load.excluded_volume * 1e6:.4g} "
+            f"ml are excluded, and the dead volume is {dead * 1e6:.4g} ml: no volume is left "
+            "for the gas",
+            "give the dead volume of the line, or a smaller excluded_volume",
+        )
+    return side
+
+
+def air_line(
+    names: Names, load: scene_loads.Pneumatic, volume: float, nothing: float, keys: Keys
+) -> AirLine:
+    """Return the pump, valve and tube of a chamber of this volume [m^3] at rest.
+
+    A volume of gas up to `nothing` [m^3] counts as none.
+    """
+    if names.scene.time.procedure == "static":
+        raise names.loaded.error(
+            keys,
+            f"the air flow through '{keys[-1]}' depends on time, which a static procedure does "
+            "not have",
+            "write time.procedure: dynamic, or load the chamber by follower_pressure or added_gas",
+        )
+    tube = Tube(load.tube.length, load.tube.bore, load.tube.viscosity)
+    dead = load.dead_volume + 0.5 * tube.volume
+    side = room_beside(names, load, load.volume_ratio * volume, dead, nothing, keys)
+    shown = set_point(names, load.profile, GaugeScale(), keys)
+    highest = shown.highest + load.band
+    if load.pump.stall <= highest:
+        raise names.loaded.error(
+            (*keys, "pump", "stall"),
+            f"the pump stalls at {load.pump.stall / 1e3:.4g} kPa, so it never reaches "
+            f"{highest / 1e3:.4g} kPa, the highest pressure of the profile including the band",
+            "use a stronger pump, or lower the profile",
+        )
+    energy = load.gas_constant * load.temperature
+    ambient = load.ambient_pressure
+    density = ambient / energy
+    squares = (ambient + load.valve.pressure) ** 2 - ambient**2
+    return AirLine(
+        set_point=shown, initial_volume=volume, volume_ratio=load.volume_ratio,
+        side_volume=side, line_volume=load.line_volume + 0.5 * tube.volume,
+        specific_energy=energy, ambient_pressure=ambient, tube=tube,
+        valve=density * load.valve.flow / squares, pump_flow=density * load.pump.flow,
+        stall=load.pump.stall, band=load.band,
+    )  # fmt: skip
 
 
 BUILDERS: dict[type, Callable[[LoadTargets, Any, Keys], Load]] = {

@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from softsim.builder.conditions import displacement
 from softsim.builder.contact import ALLOWED_PENETRATION, PenaltyStiffness
 from softsim.builder.names import Names, PlacedSurface, in_mm
-from softsim.builder.profiles import displacement
 from softsim.contact.polyline import checked_polyline
 from softsim.contact.simple_walls import Cylinder, Sphere
 from softsim.elements.axisymmetric import Axisymmetric

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
+from softsim.builder.conditions import displacement
 from softsim.builder.contact import ALLOWED_PENETRATION
 from softsim.builder.names import Names, close_names, in_mm
 from softsim.builder.pipe_path import overlap, pipe_networks
-from softsim.builder.profiles import displacement
 from softsim.contact import terrain, triangle_surface
 from softsim.contact.grid import DistanceGrid, SpacingError
 from softsim.contact.pipe_network import PipeNetwork
