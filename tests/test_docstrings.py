@@ -10,6 +10,7 @@ from pathlib import Path
 import softsim
 
 PACKAGE = Path(softsim.__file__).parent
+TESTS = Path(__file__).parent
 NAMED_FILE = re.compile(r"(?<![\w.*-])(?:[a-z_]+/)*([a-z_]+\.py)\b")
 FRAGMENT = re.compile(r"(What|Of|How|Whether|Where|Which|Who|Whose|That of|Those of)\b")
 
@@ -56,7 +57,9 @@ def test_no_two_classes_have_the_same_name():
 
 def test_files_that_docstrings_and_comments_name_exist():
     known = {
-        path.name for folder in (PACKAGE, Path(__file__).parent) for path in folder.rglob("*.py")
+        path.name
+        for folder in (PACKAGE, TESTS, TESTS.parent / "validation")
+        for path in folder.rglob("*.py")
     }
     found = [
         f"{path.relative_to(PACKAGE)}: {name}"

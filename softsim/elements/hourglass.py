@@ -306,7 +306,7 @@ class HourglassElements(OnePointElements):
 class HourglassStiffness:
     """Stiffness of the hourglass modes of a region in any configuration.
 
-    Arrays have the elements last, as in element_stiffness.py. of_modes (k, corners, m), of_edges
+    Arrays have the elements last, as in solver/element_bound.py. of_modes (k, corners, m), of_edges
     (d, corners, m): derivatives of h~_k and d_i with respect to the positions of the nodes.
     modulus (m,) [N/m]: mu a.
     """

@@ -490,7 +490,7 @@ def read_abaqus(path: Path, instance: str | None = None, *, reduce_order: bool =
     called INSTANCE.NAME.
 
     Raises MeshError, naming file and line, if the file cannot be read, has elements other than
-    those of abaqus_elements.py (hybrid or not) or of several families, several instances or a moved
+    those of CORNERS (hybrid or not) or of several families, several instances or a moved
     one of which none is chosen, an empty set, a member that does not exist, or takes nodes from
     elsewhere.
     """
