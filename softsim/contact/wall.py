@@ -206,6 +206,9 @@ class FittedWall(Wall):
         """Return a lower bound (n,) [m] of the gap at any time: that of the closed wall."""
         return self.wall.least_gap(x)
 
+    def thickness(self) -> float:
+        return self.wall.thickness()
+
     def steepest(self) -> float:
         return self.wall.steepest()
 

@@ -31,6 +31,7 @@ def test_each_side_of_a_pipe_recedes_by_its_own_overlap(build):
     # It closes in the first half of the settling time, before which nothing counts as settled.
     assert (wall.begin, wall.duration) == (-0.2, 0.1)
     assert model.settling.shortest == 0.1
+    assert wall.thickness() == wall.wall.thickness()
     assert (wall.least_gap(model.points) <= np.min(list(gaps.values()), axis=0)).all()
 
 
