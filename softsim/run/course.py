@@ -29,7 +29,6 @@ from softsim.loads.pressure_control import (
     Sensed,
 )
 from softsim.model import Model
-from softsim.output.console import Progress
 from softsim.output.folder import Checkpoint
 from softsim.output.observation import Observer, columns
 from softsim.output.stop_conditions import (
@@ -41,7 +40,7 @@ from softsim.output.stop_conditions import (
     ended_by,
     see_history,
 )
-from softsim.run.record import Record
+from softsim.run.record import Progress, Record
 from softsim.scene.loading import LoadedScene
 from softsim.solver.energy import EnergyBalance, EnergyReader, moves, unbalanced_share
 from softsim.solver.explicit import Scenario, longest_block

@@ -15,7 +15,6 @@ from softsim.compute.machine import Choice
 from softsim.errors import OutputError
 from softsim.loads.pressure_control import ControlState
 from softsim.model import Model
-from softsim.output.console import Progress
 from softsim.output.folder import (
     CHECKPOINT,
     HISTORY,
@@ -29,6 +28,7 @@ from softsim.output.folder import (
     read_summary,
     replacing,
 )
+from softsim.run.record import Progress
 from softsim.scene.steps import Step
 from softsim.solver.explicit import Scenario
 
