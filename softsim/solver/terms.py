@@ -70,8 +70,9 @@ class Terms:
         self.structure_contacts = self._structure_contacts(models)
         self.self_contacts = self._self_contacts(models)
         ties = [m.ties for m in models]
-        tie = model.ties.term(ties, self.nodes, self.rigid_bodies)  # its slots are the last
-        self.ties = [tie] if len(model.ties.nodes) else []
+        self.ties = (  # their slots are the last
+            [model.ties.term(ties, self.nodes, self.rigid_bodies)] if len(model.ties.nodes) else []
+        )
         self.nodes.corner_forces.allocate(scenarios, int(self.nodes.count))
         self.rigid_bodies.allocate()
         for tie in self.ties:

@@ -222,7 +222,7 @@ def test_follower_pressure_is_the_gradient_of_volume(build, start, formulation, 
     freeze_metric(solver)
     x = alike(model, scattered(model, 3, 0.08e-3))
     with_pressure = forces_at(solver, x)
-    solver.terms.loads[0].source.table.value.fill(0.0)
+    solver.terms.loads[0].kernel.table.value.fill(0.0)
     force = with_pressure - forces_at(solver, x)
     body = model.regions[0]
 

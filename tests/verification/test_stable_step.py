@@ -197,7 +197,7 @@ def test_under_strain(limits, record_verification, formulation, overrides):
     J = 1.0 - 18e3 / model.regions[0].material.bulk_modulus
     places["pressed"] = model.points * J ** (1.0 / (2 if formulation == "plane_strain" else 3))
     for name, x in places.items():
-        solver.terms.loads[0].source.table.value.fill(18e3 if name == "pressed" else 0.0)
+        solver.terms.loads[0].kernel.table.value.fill(18e3 if name == "pressed" else 0.0)
         exact, bound = exact_and_bound(x)
         law = type(model.regions[0].material.law).__name__
         cells = "quads" if overrides == QUADS else law
@@ -270,7 +270,7 @@ def test_rings_that_have_turned(limits, record_verification, angle):
     the same, and so is the bound but for what Lanczos' iteration from another start may lack.
     """
     model, solver, exact_and_bound = limits("ring_section")
-    solver.terms.loads[0].source.table.value.fill(2e3)
+    solver.terms.loads[0].kernel.table.value.fill(2e3)
     noise = np.random.default_rng(7).standard_normal(model.points.shape)
     x = model.points * [1.0 / 1.2, 1.2] + 0.05e-3 * noise
     as_it_was, before = exact_and_bound(x)
