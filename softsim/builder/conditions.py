@@ -1,4 +1,4 @@
-"""Conditions on node sets: held and prescribed components, masses, velocities; profiles of time."""
+"""Conditions on node sets: held or prescribed motion, masses, velocities; profiles over time."""
 
 from collections.abc import Callable, Sequence
 from typing import Any

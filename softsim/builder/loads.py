@@ -368,10 +368,10 @@ def pressure(loaded: LoadTargets, load: Chamber, keys: Keys) -> FollowerPressure
         held = np.zeros_like(is_free)
         remedy = f"tie both ends to '{load.reacts_on}' (rigid_bodies.{load.reacts_on}.tied)"
         held[loaded.tied[body]] = True
-    asks_volume = not isinstance(load, scene_loads.FollowerPressureSpec)
-    if asks_volume or body is not None:
+    needs_volume = not isinstance(load, scene_loads.FollowerPressureSpec)
+    if needs_volume or body is not None:
         refuse_open_chamber(names, facets, points, held, remedy, keys)
-    edges = lids(names, facets, points, held) if asks_volume else facets[:0]
+    edges = lids(names, facets, points, held) if needs_volume else facets[:0]
     first_node = names.bodies[load.facets[0].partition(".")[0]].first_node
     first = min(names.bodies[one.partition(".")[0]].first_node for one in load.facets)
     area = float(geometry.corner_areas(points[first:], facets - first).sum())

@@ -95,7 +95,7 @@ class AirLine(PressureSource):
     stall: PerScenario[float]
     band: PerScenario[float]
 
-    asks_volume = True
+    needs_volume = True
     thinning_advice = (
         "the wall of a chamber becomes thinner as the chamber grows: lower the pressures of the "
         "profile"
@@ -197,14 +197,12 @@ class AirLine(PressureSource):
     def warnings(self) -> dict[str, str]:
         return dict(line_warnings(self))
 
-    def kernel(self, alike: Sequence["AirLine"]) -> "AirLineKernel":
-        return AirLineKernel(alike)
+    def kernel(self, scenarios: Sequence["AirLine"]) -> "AirLineKernel":
+        return AirLineKernel(scenarios)
 
 
 class AirLineKernel(PressureKernel):
     """Kernel class of an air line: it integrates the flows since its last evaluation."""
-
-    asks_volume = True
 
     def __init__(self, sources: Sequence[AirLine]) -> None:
         set_points: list[Any] = [one.set_point for one in sources]

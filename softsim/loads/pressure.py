@@ -51,7 +51,7 @@ class PressureSource(ABC):
     The defaults are those of a pressure that does not depend on the volume of the chamber.
     """
 
-    asks_volume: ClassVar[bool] = False
+    needs_volume: ClassVar[bool] = False
     """True if the pressure depends on the volume of the chamber."""
     thinning_advice: ClassVar[str] = BALLOONING
     """Advice to users on elements that become too thin."""
@@ -134,10 +134,10 @@ class PressureSource(ABC):
         """Return the source with its profile or control `factor` times as fast."""
 
     @abstractmethod
-    def kernel(self, alike: Sequence[Any]) -> Any:
+    def kernel(self, scenarios: Sequence[Any]) -> Any:
         """Return the kernel class of the source.
 
-        alike: this source in every scenario, this one first.
+        scenarios: this source in every scenario, this one first.
         """
 
     def stiffness(self, volume: float) -> float:
@@ -270,17 +270,12 @@ class PrescribedPressure(ProfileSource):
     def gauge_pressure(self, time: float, section_pressure: float) -> tuple[float, float]:
         return float(self.profile.at(time)), float(self.facet_profile.at(time))
 
-    def kernel(self, alike: Sequence["PrescribedPressure"]) -> "PrescribedPressureKernel":
-        return PrescribedPressureKernel([one.facet_profile for one in alike])
+    def kernel(self, scenarios: Sequence["PrescribedPressure"]) -> "PrescribedPressureKernel":
+        return PrescribedPressureKernel([one.facet_profile for one in scenarios])
 
 
 class PressureKernel:
-    """Base class of the kernel classes of pressure sources: a table of profiles."""
-
-    asks_volume = False
-
-    def __init__(self, profiles: list[Profile]) -> None:
-        self.table = ProfileTable(profiles)
+    """Base class of the kernel classes of pressure sources."""
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Return the fields that a checkpoint stores; the profile is not one of them."""
@@ -293,7 +288,18 @@ class PressureKernel:
         return {}
 
 
-class PrescribedPressureKernel(PressureKernel):
+class ProfileKernel(PressureKernel):
+    """Base class of the kernel classes of pressure sources with a profile."""
+
+    def __init__(self, profiles: list[Profile]) -> None:
+        self.table = ProfileTable(profiles)
+
+    def follow(self, scenario: int, source: Any) -> None:
+        """Replace the profile of a scenario by that of a source."""
+        self.table.follow(scenario, source.profile)
+
+
+class PrescribedPressureKernel(ProfileKernel):
     """Kernel class of a prescribed pressure on the facets."""
 
     def follow(self, scenario: int, source: PrescribedPressure) -> None:
@@ -306,8 +312,28 @@ class PrescribedPressureKernel(PressureKernel):
         return self.table.at(s, t)
 
 
+class AddedContent(ProfileSource):
+    """Base class of sources that add `profile` to the content of a chamber."""
+
+    needs_volume = True
+
+    @property
+    @abstractmethod
+    def content(self) -> float:
+        """Volume [m^3] or mass [kg] in the chamber at the start."""
+
+    @property
+    def columns(self) -> dict[str, str]:
+        return VOLUME_COLUMN
+
+    @property
+    def filling_ratio(self) -> float:
+        largest = float(self.profile.values.max())
+        return largest / self.content if self.content > 0.0 else 0.0
+
+
 @dataclass(frozen=True)
-class AddedVolume(ProfileSource):
+class AddedVolume(AddedContent):
     """Liquid of which `profile` [m^3 over s] is pumped into the chamber.
 
     p = bulk_modulus (V_0 + added - V) / V_0, as in a hydrostatic fluid cavity: the bulk modulus is
@@ -319,21 +345,11 @@ class AddedVolume(ProfileSource):
     bulk_modulus: PerScenario[float]
 
     ambient_pressure = ATMOSPHERE
-    asks_volume = True
     thinning_advice = "the wall of a chamber becomes thinner as the chamber grows: add less volume"
 
     @property
-    def columns(self) -> dict[str, str]:
-        return VOLUME_COLUMN
-
-    @property
     def content(self) -> float:
-        """Volume [m^3] in the chamber at the start."""
         return self.initial_volume
-
-    @property
-    def filling_ratio(self) -> float:
-        return filling_ratio(self.profile, self.content)
 
     @property
     def peak(self) -> str:
@@ -345,23 +361,17 @@ class AddedVolume(ProfileSource):
         """Return -dp/dV [Pa/m^3]."""
         return self.bulk_modulus / self.initial_volume
 
-    def kernel(self, alike: Sequence["AddedVolume"]) -> "AddedVolumeKernel":
-        return AddedVolumeKernel(alike)
+    def kernel(self, scenarios: Sequence["AddedVolume"]) -> "AddedVolumeKernel":
+        return AddedVolumeKernel(scenarios)
 
 
-class AddedVolumeKernel(PressureKernel):
+class AddedVolumeKernel(ProfileKernel):
     """Kernel class of an added volume: p = kappa_f (V_0 + added - V) / V_0."""
-
-    asks_volume = True
 
     def __init__(self, sources: Sequence[AddedVolume]) -> None:
         super().__init__([one.profile for one in sources])
         self.initial_volume = real_field(np.array([one.initial_volume for one in sources]))
         self.bulk_modulus = real_field(np.array([one.bulk_modulus for one in sources]))
-
-    def follow(self, scenario: int, source: AddedVolume) -> None:
-        """Replace the profile of a scenario."""
-        self.table.follow(scenario, source.profile)
 
     @ti.func
     def pressure(self, s, t, volume):
@@ -371,7 +381,7 @@ class AddedVolumeKernel(PressureKernel):
 
 
 @dataclass(frozen=True)
-class AddedGas(ProfileSource):
+class AddedGas(AddedContent):
     """Ideal, isothermal gas of which `profile` [kg over s] is let into the chamber.
 
     p + p_a = (m_0 + added) R T / (V + V_s); m_0 fills the chamber at ambient pressure p_a.
@@ -385,21 +395,11 @@ class AddedGas(ProfileSource):
     specific_energy: PerScenario[float]
     ambient_pressure: PerScenario[float]
 
-    asks_volume = True
     thinning_advice = "the wall of a chamber becomes thinner as the chamber grows: add less gas"
 
     @property
-    def columns(self) -> dict[str, str]:
-        return VOLUME_COLUMN
-
-    @property
     def content(self) -> float:
-        """Mass [kg] in the chamber at the start."""
         return self.initial_mass
-
-    @property
-    def filling_ratio(self) -> float:
-        return filling_ratio(self.profile, self.content)
 
     @property
     def stiffest_value(self) -> float:
@@ -427,14 +427,12 @@ class AddedGas(ProfileSource):
         mass = self.initial_mass + self.stiffest_value
         return mass * self.specific_energy / (volume + self.side_volume) ** 2
 
-    def kernel(self, alike: Sequence["AddedGas"]) -> "AddedGasKernel":
-        return AddedGasKernel(alike)
+    def kernel(self, scenarios: Sequence["AddedGas"]) -> "AddedGasKernel":
+        return AddedGasKernel(scenarios)
 
 
-class AddedGasKernel(PressureKernel):
+class AddedGasKernel(ProfileKernel):
     """Kernel class of an added gas: p = m R T / (V + V_s) - p_a."""
-
-    asks_volume = True
 
     def __init__(self, sources: Sequence[AddedGas]) -> None:
         super().__init__([one.profile for one in sources])
@@ -443,20 +441,11 @@ class AddedGasKernel(PressureKernel):
         self.specific_energy = real_field(np.array([one.specific_energy for one in sources]))
         self.ambient = real_field(np.array([one.ambient_pressure for one in sources]))
 
-    def follow(self, scenario: int, source: AddedGas) -> None:
-        """Replace the profile of a scenario."""
-        self.table.follow(scenario, source.profile)
-
     @ti.func
     def pressure(self, s, t, volume):
         """Return the pressure [Pa] above ambient at time t in a chamber of `volume` [m^3]."""
         mass = self.initial_mass[s] + self.table.at(s, t)
         return mass * self.specific_energy[s] / (volume + self.side_volume[s]) - self.ambient[s]
-
-
-def filling_ratio(profile: Profile, content: float) -> float:
-    """Return the largest value of a profile divided by the content; 0 without a content."""
-    return float(profile.values.max()) / content if content > 0.0 else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -519,6 +508,7 @@ class FollowerPressureTerm(WorkingTerm):
         self.nodes, self.rigid_bodies, self.body = nodes, rigid_bodies, body
         self.facets, self.lids = facets, lids
         self.sources, self.kernel = sources, sources[0].kernel(sources)
+        self.needs_volume = sources[0].needs_volume
         super().__init__(nodes.scenarios, facets.count)
         self.corners = facets.corners
         self.pressure = real_field(np.zeros(nodes.scenarios))
@@ -544,12 +534,12 @@ class FollowerPressureTerm(WorkingTerm):
         on_facets = float(fields.read_row(self.pressure, scenario))
         names = ("pressure", "section_pressure")
         now = dict(zip(names, source.gauge_pressure(time, on_facets), strict=True))
-        if self.kernel.asks_volume:
+        if self.needs_volume:
             now["chamber_volume"] = float(fields.read_row(self.volume, scenario))
         return now | self.kernel.readings(scenario, source, now["section_pressure"])
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        parts = PARTS if self.kernel.asks_volume else 0
+        parts = PARTS if self.needs_volume else 0
         return {
             Stage.MOVE: [Pass("loads", parts, (self.measure_volume,))],
             Stage.PRESS: [Pass("loads", 1, (self.follow_source,))],
@@ -573,7 +563,7 @@ class FollowerPressureTerm(WorkingTerm):
     @ti.func
     def follow_source(self, s, i, t, dt):
         """Update the pressure, which may depend on the enclosed volume."""
-        if ti.static(self.kernel.asks_volume):
+        if ti.static(self.needs_volume):
             volume = ti.cast(0.0, backend.real)
             for part in range(PARTS):
                 volume += self.volume_part[s, part]

@@ -167,8 +167,8 @@ class ControlledPressure(PressureSource):
     def time_scaled(self, factor: float) -> "ControlledPressure":
         return ControlledPressure(self.settings.time_scaled(factor))
 
-    def kernel(self, alike: Sequence["ControlledPressure"]) -> "ControlledPressureKernel":
-        return ControlledPressureKernel(alike)
+    def kernel(self, scenarios: Sequence["ControlledPressure"]) -> "ControlledPressureKernel":
+        return ControlledPressureKernel(scenarios)
 
 
 class ControlledPressureKernel(PressureKernel):

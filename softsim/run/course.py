@@ -503,7 +503,7 @@ class Run:
     def _refuse_collapsed_chambers(self) -> None:
         scenario = self.scenario
         for load in self.model.pressures:
-            if load.source.asks_volume:
+            if load.source.needs_volume:
                 term = scenario.term_of(load)
                 volume, pressure = (float(scenario.read(f)) for f in (term.volume, term.pressure))
                 with self._failed_frame_kept():

@@ -92,7 +92,7 @@ class Structure(ABC):
         """Return dimensionless measures (k,) of the shape, on which the stiffness bound depends.
 
         The stable step is estimated again when one of them has grown by more than ALLOWED_GROWTH,
-        0.04 (solver/stiffness_bound.py): scale them so that the bound grows by 15 % at most.
+        0.04 (solver/stiffness_bound.py). Scale them so that the bound then grows by 16 % at most.
         """
         return np.zeros(0)
 
