@@ -264,16 +264,18 @@ class SteadyProbe:
 
 @dataclass(frozen=True)
 class Relaxation:
-    """Dynamic relaxation to equilibrium.
+    """Search for equilibrium by dynamic relaxation or by Newton's method.
 
     It takes `shortest` to `longest` [s] and ends when the unbalanced force is below `tolerance`
-    times the internal forces, or a probe is steady.
+    times the internal forces, or a probe is steady. by_newton: True if a static procedure finds its
+    equilibria by Newton's method instead, to the same tolerance.
     """
 
     longest: float
     tolerance: float
     until: SteadyProbe | None = None
     shortest: float = 0.0
+    by_newton: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -229,11 +229,26 @@ def bulk_viscosity(names: Names) -> float:
 def relaxation(names: Names) -> Relaxation | None:
     """Return the settings of a static procedure; None for a dynamic one."""
     scene = names.scene
-    if scene.time.procedure == "dynamic":
+    time = scene.time
+    if time.procedure == "dynamic":
         refuse_steady_probe(names)
+        refuse_method(names)
         return None
-    longest = LONGEST_RELAXATION if scene.time.settle is None else scene.time.settle
-    return Relaxation(longest, scene.solver.equilibrium_tolerance, steady_probe(names))
+    longest = LONGEST_RELAXATION if time.settle is None else time.settle
+    by_default = "newton" if time.settle is None and time.until is None else "relaxation"
+    by_newton = (time.method or by_default) == "newton"
+    tolerance = scene.solver.equilibrium_tolerance
+    return Relaxation(longest, tolerance, steady_probe(names), by_newton=by_newton)
+
+
+def refuse_method(names: Names) -> None:
+    """Raise SceneError if a dynamic run names a method of finding equilibrium."""
+    if names.scene.time.method is not None:
+        raise names.loaded.error(
+            ("time", "method"),
+            "only a static run finds equilibrium by a method",
+            "write procedure: static, or leave `method` out",
+        )
 
 
 def settling(names: Names) -> Relaxation | None:

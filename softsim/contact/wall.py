@@ -33,6 +33,10 @@ class FixedFrame:
         """Return the fields that a checkpoint stores."""
         return {}
 
+    def speeds(self) -> list[ti.Field]:
+        """Return the fields (scenarios,) of the speeds [m/s] of the motion."""
+        return []
+
     def forget_work(self) -> None:
         """Set the work of the motion to zero."""
 

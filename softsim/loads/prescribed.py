@@ -262,6 +262,9 @@ class MovingFrame(FixedFrame):
             "wall_work": self.work,
         }
 
+    def speeds(self) -> list[ti.Field]:
+        return [self.speed]
+
     def forget_work(self) -> None:
         fields.write(self.work, 0.0)
 

@@ -494,6 +494,9 @@ class FollowerPressureTerm(WorkingTerm):
     facets: of elements/geometry.py. lids: further facets, without pressure, that close the surface
     to a volume. sources: pressure source of each scenario. body: number of the rigid body that
     closes the chamber, or `OPEN`.
+
+    Fields (scenarios,): pressure p [Pa]; source_pressure [Pa], that of the source at this volume; p
+    follows it unless is_held is 1, which equilibrium with p as an unknown asks for; volume [m^3].
     """
 
     def __init__(
@@ -512,6 +515,8 @@ class FollowerPressureTerm(WorkingTerm):
         super().__init__(nodes.scenarios, facets.count)
         self.corners = facets.corners
         self.pressure = real_field(np.zeros(nodes.scenarios))
+        self.source_pressure = real_field(np.zeros(nodes.scenarios))
+        self.is_held = index_field(np.zeros(nodes.scenarios))
         self.volume = real_field(np.zeros(nodes.scenarios))
         self.volume_part = real_field(np.zeros((nodes.scenarios, PARTS)))
         self.facet_part = index_field(parts_of([facets.count]))
@@ -568,7 +573,9 @@ class FollowerPressureTerm(WorkingTerm):
             for part in range(PARTS):
                 volume += self.volume_part[s, part]
             self.volume[s] = volume
-        self.pressure[s] = self.kernel.pressure(s, t, self.volume[s])
+        self.source_pressure[s] = self.kernel.pressure(s, t, self.volume[s])
+        if self.is_held[s] == 0:
+            self.pressure[s] = self.source_pressure[s]
 
     @ti.func
     def push_facets(self, s, i, t, dt):

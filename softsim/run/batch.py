@@ -23,6 +23,7 @@ from softsim.run.cost import measured_profile
 from softsim.run.course import KERNEL, ROWS, Results, Run, WallClock
 from softsim.run.handover import EarlierStep
 from softsim.run.record import Record
+from softsim.run.statics import StaticRun
 from softsim.solver.energy import EnergyReader, interrupted_before_start, settle
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.stable_step import first_time_increment, time_increment
@@ -100,8 +101,10 @@ class Batch:
             for of_run in files:
                 with of_run.logged():
                     log.info("kernels are ready, %.1f s after the start", self.clock.age)
-            self.runs = [
-                Run(of_run, self.solver.scenario(s), self.reader, self.clock, given)
+            is_newton = self.reader.rests[0]  # a static run is alone
+            kind = StaticRun if is_newton else Run
+            self.runs: list[Run] = [
+                kind(of_run, self.solver.scenario(s), self.reader, self.clock, given)
                 for s, (of_run, given) in enumerate(zip(files, stop_conditions, strict=True))
             ]
             if checkpoint is not None:
@@ -259,6 +262,8 @@ class Batch:
 
         Do nothing unless its run is done and the loop took longer than `after` [s].
         """
+        if self.reader.rests[0]:  # its increments are not those of a dynamic run
+            return
         files = self.runs[0].files
         took = time.monotonic() - self.clock.loop_began
         if files.summary["status"] != "done" or took <= after:

@@ -42,7 +42,13 @@ from softsim.output.stop_conditions import (
 )
 from softsim.run.record import Progress, Record
 from softsim.scene.loading import LoadedScene
-from softsim.solver.energy import EnergyBalance, EnergyReader, moves, unbalanced_share
+from softsim.solver.energy import (
+    Energies,
+    EnergyBalance,
+    EnergyReader,
+    moves,
+    unbalanced_share,
+)
 from softsim.solver.explicit import Scenario, longest_block
 from softsim.solver.guards import (
     air_line_warnings,
@@ -522,8 +528,7 @@ class Run:
 
     def _write_row(self) -> None:
         scenario, progress = self.scenario, self.progress
-        interval = scenario.time - max(progress.last_history, self.model.start_time)
-        seen = self.observer.observe(interval)
+        seen = self.observer.observe(self._interval())
         row = seen.row | self.loop.readings()
         self.files.history.append(row)
         self.loop.follow(row)
@@ -538,12 +543,21 @@ class Run:
         self.contact_count = int(seen.row["contact_count"])
         self.unbalanced_share = seen.row.get("unbalanced_share", float("nan"))
         progress.largest_energy_error = max(progress.largest_energy_error, error)
-        if not error <= self.model.energy_error_limit:
-            energies = asdict(seen.energies)
-            largest = max(energies, key=lambda k: abs(energies[k]))
-            self._refuse_broken_elements()  # a cause says more than a symptom
-            with self._failed_frame_kept():
-                refuse_energy_error(self.model, error, scenario.time, largest)
+        self._refuse_energy_error(error, seen.energies)
+
+    def _interval(self) -> float:
+        """Return the time [s] since the impulses of contact were cleared."""
+        last = max(self.progress.last_history, self.model.start_time)
+        return self.scenario.time - last
+
+    def _refuse_energy_error(self, error: float, energies: Energies) -> None:
+        if error <= self.model.energy_error_limit:
+            return
+        values = asdict(energies)
+        largest = max(values, key=lambda k: abs(values[k]))
+        self._refuse_broken_elements()  # a cause says more than a symptom
+        with self._failed_frame_kept():
+            refuse_energy_error(self.model, error, self.scenario.time, largest)
 
     # --- the end ---------------------------------------------------------------------------------
 
@@ -600,8 +614,12 @@ class Run:
             found["ended_by"] = name
         if failure is not None:
             found["failure"] = failure
-        self.write_summary(status, found)
+        self.write_summary(status, found | self.solution())
         self.files.close()
+
+    def solution(self) -> dict[str, Any]:
+        """Return how equilibria were found, for the summary; empty for a dynamic run."""
+        return {}
 
     def checkpoint(self) -> None:
         """Write the full state, from which --resume continues."""

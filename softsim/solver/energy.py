@@ -59,7 +59,8 @@ class EnergyReader:
 
     Most energies are not stored in fields: they follow from stretches, gaps and velocities.
     readings (scenarios, 7) [J]: in the order of Energies; in_parts (scenarios, parts, 7): the
-    partial sums of each.
+    partial sums of each. rests: for each scenario, True if its states are equilibria, which have no
+    kinetic energy.
     """
 
     def __init__(self, solver: ExplicitSolver) -> None:
@@ -68,11 +69,13 @@ class EnergyReader:
         self.serially, self.parts = backend.device().name == "cpu", backend.device().parts
         self.in_parts = np.zeros((solver.scenarios, self.parts, 7))
         self.readings = self.in_parts.sum(axis=1)
+        self.rests = [m.relaxation is not None and m.relaxation.by_newton for m in solver.models]
 
     def update(self) -> None:
         """Compute the current energies of all scenarios, which `of_scenario` returns."""
         self._read(self.solver.time_increments, self.in_parts)
         self.readings = self.in_parts.sum(axis=1)
+        self.readings[self.rests, 2] = 0.0
 
     def of_scenario(self, scenario: int) -> Energies:
         """Return the energies of a scenario at the last update."""

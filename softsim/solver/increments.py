@@ -285,6 +285,13 @@ class IncrementKernels:
             for i in range(ti.static(size(stage))):
                 work_at(stage, s, i, t, dt)
 
+    @ti.kernel
+    def steer(self, s: ti.i32, t: ti.f64, dt: ti.f64):
+        """Move scenario s by dt [s] to time t [s] with its velocities; compute no forces."""
+        for stage in ti.static(self.drift_stages):
+            for i in range(ti.static(size(stage))):
+                work_at(stage, s, i, t, dt)
+
     @ti.func
     def _time(self, s, k):
         """Return the time [s] of scenario s after k increments of its span."""

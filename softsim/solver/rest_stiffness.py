@@ -140,11 +140,12 @@ def incidence(members: np.ndarray, count: int) -> sp.csr_matrix:
 def colours(pairs: sp.coo_matrix) -> np.ndarray:
     """Return the colour (n,) of each node from 0, different for nodes that act on the same node.
 
-    The colouring is greedy, in the order of the nodes; nodes without a pair have -1.
+    pairs: rows of nodes on which a column acts. The colouring is greedy, in the order of the nodes;
+    nodes without a pair have -1.
     """
-    pattern = pairs.tocsr()
-    conflicts = (pattern @ pattern).tocsr()
-    colour = np.full(pattern.shape[0], -1)
+    pattern = pairs.tocsc()
+    conflicts = (pattern.T @ pattern).tocsr()
+    colour = np.full(pattern.shape[1], -1)
     for node in np.flatnonzero(np.diff(pattern.indptr)):
         others = colour[conflicts.indices[conflicts.indptr[node] : conflicts.indptr[node + 1]]]
         taken = np.zeros(len(others) + 1, dtype=bool)

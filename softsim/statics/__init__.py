@@ -1,0 +1,1 @@
+"""Equilibrium by Newton's method, and what follows from the tangent stiffness."""

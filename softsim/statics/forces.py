@@ -1,0 +1,267 @@
+"""Forces on the free coordinates of a model at rest, from the force kernels of a run.
+
+A trial state is one increment of LONG seconds from the last accepted state: all nodes move at once,
+with velocities so small that dashpots and bulk viscosity vanish, Maxwell branches have relaxed, and
+friction is the elastoplastic return mapping of one load step (contact/forces.py). A trial leaves no
+trace: slip anchors and all other fields that remember the path are restored before the next one.
+They change only when a state is accepted.
+
+Free coordinates q are the free components of nodes, the free translations and rotations of rigid
+bodies, and the pressures of chambers whose source asks for their volume. A rotation [rad] is
+multiplied by the radius of gyration of its body, and a torque is divided by it. A pressure is divided
+by a modulus per length P; its residual is P (p_s - p) / c, where p_s is the pressure of the source at
+this volume and c = -dp_s/dV. All coordinates are thus lengths [m] and all residuals forces [N]. With
+the pressure as an unknown, Newton's method keeps the volume of a liquid and not its huge pressure.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import taichi as ti
+from scipy.spatial.transform import Rotation
+
+from softsim.compute import fields
+from softsim.model import Model
+from softsim.solver.explicit import ExplicitSolver
+from softsim.solver.increments import Span
+
+LONG = 1e3
+"""Duration [s] of the increment that makes a trial state of the accepted one.
+
+Dashpots of contact and bulk viscosity act over microseconds: over this time their forces are below
+1e-8 of those of the springs.
+"""
+
+RECOMPUTED = ("work", "pressure", "volume")
+"""State fields of loads and structures that forces do not depend on, or that each trial renews."""
+
+
+@dataclass(frozen=True, eq=False)
+class Configuration:
+    """Positions of all nodes x (n, d) [m], and centres (b, d) [m] and rotations of rigid bodies.
+
+    turns (b, 4): quaternions x, y, z, w. pressures (c,) [Pa]: of the chambers that ask for their
+    volume.
+    """
+
+    x: np.ndarray
+    centres: np.ndarray
+    turns: np.ndarray
+    pressures: np.ndarray
+
+
+class StaticForces:
+    """Forces of a solver with one scenario at trial states.
+
+    time: load time [s], at which loads and gravity are taken. start: the accepted configuration.
+    """
+
+    def __init__(self, solver: ExplicitSolver) -> None:
+        self.solver, [self.model] = solver, solver.models
+        self.nodes, self.bodies = solver.terms.nodes, solver.terms.rigid_bodies
+        self.is_free = self.model.is_free
+        count, d = self.bodies.count, self.model.dimension
+        self.free_moves = self._of_bodies(self.bodies.free, d) > 0.0
+        self.free_turns = self._of_bodies(self.bodies.free_rotation, 3) > 0.0
+        self.gyration = np.array([self._gyration(b) for b in range(count)]).reshape(count, 1)
+        asking = [p for p in self.model.pressures if p.source.needs_volume]
+        self.chambers = {load: solver.scenario(0).term_of(load) for load in asking}
+        free = (self.is_free, self.free_moves, self.free_turns)
+        self.counts = [*(int(mask.sum()) for mask in free), len(asking)]
+        self.pressure_scale = pressure_scale(self.model)
+        self.arms = fields.read(self.bodies.arm).reshape(-1, d)  # one more if there is none
+        self.tied = [np.asarray(body.tied, dtype=int) for body in self.model.rigid_bodies]
+        solver.relax_branches(0)
+        solver.time_increments[0] = LONG
+        self.time = solver.time
+        for term in self.chambers.values():
+            fields.write(term.is_held, 1)
+        self._accepted = self._base = solver.state()
+        self.start = self.configuration()
+
+    def _of_bodies(self, field: ti.Field, width: int) -> np.ndarray:
+        """Return a field of the rigid bodies as (b, width); a field without cells has one."""
+        return fields.read(field).ravel()[: self.bodies.count * width].reshape(-1, width)
+
+    def _gyration(self, body: int) -> float:
+        """Return the radius of gyration [m] of a rigid body about its most inert axis."""
+        mass = fields.read(self.bodies.mass)[body]
+        inertia = np.linalg.inv(fields.read(self.bodies.inverse_inertia).reshape(-1, 3, 3)[body])
+        return float(np.sqrt(np.linalg.eigvalsh(inertia)[-1] / mass))
+
+    @property
+    def size(self) -> int:
+        """Number of free coordinates."""
+        return sum(self.counts)
+
+    # --- configurations --------------------------------------------------------------------------
+
+    def configuration(self) -> Configuration:
+        """Return the present configuration of the solver."""
+        wxyz = self._of_bodies(self.bodies.orientation, 4)
+        centres = self._of_bodies(self.bodies.centre, self.model.dimension)
+        pressures = [fields.read(term.pressure)[0] for term in self.chambers.values()]
+        turns = np.roll(wxyz, -1, axis=1)
+        return Configuration(self.solver.positions()[0], centres, turns, np.array(pressures))
+
+    def moved(self, at: Configuration, step: np.ndarray) -> Configuration:
+        """Return a configuration displaced by `step` (size,) [m] of the free coordinates."""
+        of_nodes, of_moves, of_turns, of_pressures = np.split(step, np.cumsum(self.counts)[:-1])
+        x, centres, turns = at.x.copy(), at.centres.copy(), at.turns
+        x[self.is_free] += of_nodes
+        centres[self.free_moves] += of_moves
+        if self.counts[2]:
+            angles = np.zeros(self.free_turns.shape)
+            angles[self.free_turns] = of_turns
+            by = Rotation.from_rotvec(angles / self.gyration)
+            turns = (by * Rotation.from_quat(at.turns)).as_quat()
+        pressures = at.pressures + self.pressure_scale * of_pressures
+        return self._tied_placed(Configuration(x, centres, turns, pressures))
+
+    def difference(self, before: Configuration, after: Configuration) -> np.ndarray:
+        """Return the step (size,) [m] with which `moved` leads from one configuration to another."""
+        angles = np.zeros(self.free_turns.shape)
+        if self.counts[2]:
+            turned = Rotation.from_quat(after.turns) * Rotation.from_quat(before.turns).inv()
+            angles = turned.as_rotvec() * self.gyration
+        return np.concatenate(
+            [
+                (after.x - before.x)[self.is_free],
+                (after.centres - before.centres)[self.free_moves],
+                angles[self.free_turns],
+                (after.pressures - before.pressures) / self.pressure_scale,
+            ]
+        )
+
+    def _tied_placed(self, at: Configuration) -> Configuration:
+        """Return a configuration with the nodes that are tied to rigid bodies in their places."""
+        first, d = 0, self.model.dimension
+        for body, tied in enumerate(self.tied):
+            arms = self.arms[first : first + len(tied)]
+            turn = Rotation.from_quat(at.turns[body]).as_matrix()[:d, :d]
+            at.x[tied] = at.centres[body] + arms @ turn.T
+            first += len(tied)
+        return at
+
+    # --- forces at a trial state -----------------------------------------------------------------
+
+    def residual(self, at: Configuration) -> np.ndarray:
+        """Return the unbalanced forces (size,) [N] on the free coordinates of a trial state."""
+        self._put(at)
+        self._compute()
+        nodes, bodies = self.nodes, self.bodies
+        force = fields.read(nodes.force)[0] + (
+            self.model.mass[:, None] * fields.read(nodes.gravity).reshape(1, -1)
+        )
+        on_bodies = self._of_bodies(bodies.force, self.model.dimension)[self.free_moves]
+        torques = self._of_bodies(bodies.torque, 3) / self.gyration
+        missing = [
+            (fields.read(term.source_pressure)[0] - fields.read(term.pressure)[0])
+            * (self.pressure_scale / load.source.stiffness(load.volume(self.start.x)))
+            for load, term in self.chambers.items()
+        ]
+        return np.concatenate([force[self.is_free], on_bodies, torques[self.free_turns], missing])
+
+    def inner_force(self) -> float:
+        """Return the root sum of squares [N] of every single nodal force at the last trial state.
+
+        The unbalanced forces are compared with it, as in `unbalanced_share` of solver/energy.py.
+        """
+        slots = self.nodes.corner_forces.component
+        return float(np.linalg.norm([np.linalg.norm(fields.read(slot)) for slot in slots]))
+
+    def nodal_forces(self) -> np.ndarray:
+        """Return the forces (n, d) [N] on all nodes at the last trial state, without weight."""
+        return fields.read(self.nodes.force)[0]
+
+    def _put(self, at: Configuration) -> None:
+        """Write a trial state, one increment of LONG seconds from the accepted one."""
+        for name, field in self._path_fields.items():
+            fields.write(field, self._base[name])
+        for contact in self.solver.terms.listing:
+            fields.write(contact.lists.due, 0.0)  # a path between two trial states is not bounded
+        fields.write(self.nodes.position, at.x[None])
+        fields.write(self.nodes.velocity, (at.x - self.start.x)[None] / LONG)
+        for term, pressure in zip(self.chambers.values(), at.pressures, strict=True):
+            fields.write(term.pressure, pressure)
+        if self.bodies.count:
+            turns, before = Rotation.from_quat(at.turns), Rotation.from_quat(self.start.turns)
+            wxyz = np.roll(at.turns, 1, axis=1)
+            fields.write(self.bodies.centre, at.centres[None])
+            fields.write(self.bodies.orientation, wxyz[None])
+            fields.write(self.bodies.rotation, turns.as_matrix()[None])
+            fields.write(self.bodies.velocity, (at.centres - self.start.centres)[None] / LONG)
+            angular_velocity = (turns * before.inv()).as_rotvec() / LONG
+            fields.write(self.bodies.angular_velocity, angular_velocity[None])
+
+    def _compute(self) -> None:
+        self.bodies.forget_loads()
+        span = Span(1, self.time - LONG, LONG, drift=0.0, kick=0.0)
+        self.solver.kernels.run([span])
+
+    @cached_property
+    def _path_fields(self) -> dict:
+        """State fields that remember the path, by name: those of contact, tethers and cable ends."""
+        owners = ("contacts/", "self_contacts/", "loads/", "structures/")
+        found = {
+            name: field
+            for name, field in self.solver.terms.state_fields().items()
+            if name.startswith(owners) and name.rsplit("/", 1)[1] not in RECOMPUTED
+        }
+        if not found:
+            return {}
+        slots = zip("xyz", self.nodes.corner_forces.component, strict=False)
+        return found | {f"nodes/corner_forces_{axis}": field for axis, field in slots}
+
+    # --- accepted states -------------------------------------------------------------------------
+
+    def steer(self, time: float) -> Configuration:
+        """Move what is prescribed to its place at a load time [s], from the accepted state.
+
+        Return the configuration that results: free nodes stay where they are.
+        """
+        terms, solver, step = self.solver.terms, self.solver, time - self.solver.time
+        solver.clear_impulses(0)
+        self._accepted = solver.state()
+        held_velocity = np.where(self.is_free, 0.0, fields.read(self.nodes.velocity)[0])
+        fields.write(self.nodes.velocity, held_velocity[None] * (LONG / step))
+        if self.bodies.count:
+            velocity = self._of_bodies(self.bodies.velocity, self.model.dimension)
+            held = np.where(self.free_moves, 0.0, velocity) * (LONG / step)
+            fields.write(self.bodies.velocity, held[None])
+            fields.write(self.bodies.angular_momentum, 0.0)
+        solver.kernels.steer(0, time, step)
+        for contact in terms.contacts:
+            for speed in contact.frame.speeds():
+                fields.write(speed, fields.read(speed) * (step / LONG))
+        self.time = time
+        self._base = solver.state()
+        return self._tied_placed(self.configuration())
+
+    def accept(self, at: Configuration) -> None:
+        """Accept a state at the present load time: slip anchors move, work is added up."""
+        self._restore(self._base)
+        self._put(at)
+        self._compute()
+        self.solver.times[0] = self.time
+        self.solver.increment_counts[0] += 1
+        self._accepted = self._base = self.solver.state()
+        self.start = at
+
+    def go_back(self) -> None:
+        """Return to the accepted state."""
+        self._restore(self._accepted)
+        self._base = self._accepted
+        self.time = self.solver.time
+        self._compute()
+
+    def _restore(self, state: dict[str, np.ndarray]) -> None:
+        for name, field in self.solver.terms.state_fields().items():
+            fields.write(field, state[name])
+
+
+def pressure_scale(model: Model) -> float:
+    """Return P [Pa/m]: the largest shear modulus over the shortest side of all bodies."""
+    shear = max(r.material.law.initial_shear_modulus for r in model.regions)
+    return float(shear / min(np.ptp(body.points, axis=0).min() for body in model.bodies))

@@ -1,0 +1,282 @@
+"""Newton's method for equilibrium R(q, t) = 0 at a load time t.
+
+Each iteration solves K dq = R by GMRES. The product K v is exact: a central difference of R along v,
+with everything that exerts force. The factors of an assembled tangent precondition it; they are
+renewed when GMRES needs more than STALE iterations (modified Newton, without its slow convergence).
+A line search halves dq until |R| falls.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, gmres
+
+from softsim.errors import StabilityError
+from softsim.statics.forces import Configuration, StaticForces
+from softsim.statics.tangent import Factors, Stiffness, Tangent, named_motion
+
+MOST_ITERATIONS = 25
+"""Newton iterations of a load step, after which it is repeated with half its length."""
+
+STALE = 12
+"""Iterations of GMRES after which the tangent is assembled and factored anew."""
+
+MOST_KRYLOV = 40
+"""Largest number of iterations of GMRES for a Newton step."""
+
+MOST_HALVINGS = 8
+"""Halvings of a Newton step in the line search."""
+
+TIGHTER = 1e-3
+"""Unbalanced force that is sought, over solver.equilibrium_tolerance, which is what is required."""
+
+
+class NoEquilibriumError(StabilityError):
+    """Newton's method did not converge at a load time."""
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """Newton iteration: unbalanced over internal forces before it, iterations of GMRES, and the
+    fraction of the step that the line search kept.
+    """
+
+    unbalanced_share: float
+    krylov: int
+    fraction: float
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """Equilibrium at a load time.
+
+    at: its configuration. unbalanced_share: unbalanced over internal forces [-]. iterations: how it
+    was found.
+    """
+
+    at: Configuration
+    unbalanced_share: float
+    iterations: list[Iteration]
+
+
+class Newton:
+    """Newton's method for the forces of a model.
+
+    tolerance: allowed unbalanced over internal forces [-]. mean_force: mean of the internal forces
+    [N] of all equilibria so far, to which a body that is unloaded again compares. factorisations, products: numbers of
+    factorised tangents and of products K v so far.
+    """
+
+    def __init__(self, forces: StaticForces, tolerance: float) -> None:
+        self.forces, self.tolerance = forces, tolerance
+        self.tangent = Tangent(forces)
+        self.factors: Factors | None = None
+        self.factorisations = self.products = 0
+        self.mean_force = 0.0
+
+    def find(
+        self, guess: Configuration, see: Callable[[int, float], None] = lambda k, share: None
+    ) -> Equilibrium:
+        """Return the equilibrium at the load time of the forces, from a guess.
+
+        see: called before each iteration with its number and the unbalanced share.
+
+        Raises NoEquilibriumError.
+        """
+        at, iterations = guess, []
+        residual, share = self.unbalanced(at)
+        while share > TIGHTER * self.tolerance:
+            see(len(iterations), share)
+            if len(iterations) == MOST_ITERATIONS or not np.isfinite(share):
+                self._refuse(share)
+            step, krylov = self._step(at, residual, share)
+            found = self._searched(at, step, residual)
+            if found is None and krylov >= 0 and self._is_old(at):
+                self.renew(at)
+                continue
+            if found is None:
+                if share <= self.tolerance:
+                    break
+                self._refuse(share)
+            assert found is not None
+            at, residual, share, fraction = found
+            iterations.append(Iteration(share, krylov, fraction))
+        return Equilibrium(at, share, iterations)
+
+    def unbalanced(self, at: Configuration) -> tuple[np.ndarray, float]:
+        """Return the residual (size,) [N] and its share of the internal forces at a trial state."""
+        residual = self.forces.residual(at)
+        size = float(np.linalg.norm(residual))
+        reference = max(self.forces.inner_force(), self.mean_force, size)
+        return residual, size / reference if size > 0.0 else 0.0
+
+    def _refuse(self, share: float) -> None:
+        raise NoEquilibriumError(
+            f"no equilibrium was found at t = {self.forces.time:.6g} s: the unbalanced force is "
+            f"{share:.3g} of the internal forces, required is {self.tolerance:g}"
+        )
+
+    def renew(self, at: Configuration) -> None:
+        """Assemble and factorise the tangent at a configuration."""
+        stiffness = self.tangent.at(at)
+        self._refuse_loose(at, stiffness)
+        try:
+            self.factors = stiffness.factors()
+        except RuntimeError:  # of SuperLU: a pivot is exactly zero
+            raise NoEquilibriumError(
+                f"the tangent stiffness is singular at t = {self.forces.time:.6g} s"
+            ) from None
+        self._factored_at = at
+        self.factorisations += 1
+
+    def _refuse_loose(self, at: Configuration, stiffness: Stiffness) -> None:
+        """Raise StabilityError if a load acts along a rigid motion that nothing resists."""
+        residual, _ = self.unbalanced(at)
+        reference = max(self.forces.inner_force(), self.mean_force, float(np.linalg.norm(residual)))
+        for motion in stiffness.loose:
+            force = abs(float(motion @ residual))
+            if force > np.sqrt(self.tolerance) * reference:
+                raise StabilityError(
+                    f"nothing holds the model against {named_motion(self.forces, at, motion)}, and "
+                    f"a load acts along it, at t = {self.forces.time:.6g} s",
+                    "fix some nodes, let it begin in contact with what carries it, or let it fall "
+                    "into place by time.method: relaxation",
+                )
+
+    def _is_old(self, at: Configuration) -> bool:
+        return self._factored_at is not at
+
+    def product(self, at: Configuration, v: np.ndarray) -> np.ndarray:
+        """Return K v (size,) [N] by a central difference of the residual along v (size,)."""
+        assert self.factors is not None
+        largest = float(np.abs(v).max())
+        if largest == 0.0:
+            return np.zeros_like(v)
+        step = float(self.tangent.steps.min()) / largest
+        self.products += 1
+        ends = [self.forces.residual(self.forces.moved(at, s * step * v)) for s in (-1.0, 1.0)]
+        resisted: np.ndarray = (ends[0] - ends[1]) / (2.0 * step)
+        return resisted + self.factors.stiffness.holding(v)
+
+    def _step(
+        self, at: Configuration, residual: np.ndarray, share: float
+    ) -> tuple[np.ndarray, int]:
+        """Return dq (size,) of K dq = R, and the iterations of GMRES that it took."""
+        accuracy = max(1e-6, min(1e-3, 0.1 * TIGHTER * self.tolerance / share))
+        if self.factors is None:
+            self.renew(at)
+        step, count, is_solved = self.solve(at, residual, accuracy)
+        if (count > STALE or not is_solved) and self._is_old(at):
+            self.renew(at)
+            step, count, is_solved = self.solve(at, residual, accuracy)
+        return step, count
+
+    def solve(
+        self, at: Configuration, force: np.ndarray, accuracy: float
+    ) -> tuple[np.ndarray, int, bool]:
+        """Solve K u = force (size,) [N] at a configuration by preconditioned GMRES.
+
+        Return u (size,) [m], the number of iterations, and True if the accuracy was reached.
+        """
+        assert self.factors is not None
+        count, size = 0, (self.forces.size, self.forces.size)
+
+        def see(_: float) -> None:
+            nonlocal count
+            count += 1
+
+        # Preconditioned on the right, so that GMRES measures the true residual.
+        inverse = self.factors.solve
+        operator = LinearOperator(size, lambda v: self.product(at, inverse(v)), dtype=float)
+        found, failed = gmres(
+            operator, force, rtol=accuracy, restart=MOST_KRYLOV, maxiter=1, callback=see,
+            callback_type="pr_norm",
+        )  # fmt: skip
+        return inverse(found), count, failed == 0
+
+    def _searched(
+        self, at: Configuration, step: np.ndarray, residual: np.ndarray
+    ) -> tuple[Configuration, np.ndarray, float, float] | None:
+        """Return the first state along the step from which the next step is shorter, or None.
+
+        Also return its residual, its unbalanced share and the fraction of the step. The next step
+        is K^-1 R with the last factors (natural monotonicity test; Deuflhard 2011, Newton Methods
+        for Nonlinear Problems, sec. 3.3): in a stiff direction, such as the volume of a chamber
+        filled with liquid, |R| would allow very short steps only.
+        """
+        assert self.factors is not None
+        length, fraction = float(np.linalg.norm(self.factors.solve(residual))), 1.0
+        for _ in range(MOST_HALVINGS + 1):
+            tried = self.forces.moved(at, fraction * step)
+            found, share = self.unbalanced(tried)
+            is_finite = np.isfinite(share)
+            if (
+                is_finite
+                and np.linalg.norm(self.factors.solve(found)) < (1.0 - 0.1 * fraction) * length
+            ):
+                return tried, found, share, fraction
+            fraction *= 0.5
+        return None
+
+
+# -------------------------------------------------------------------------------------------------
+# Load steps: as long as the rows of the history allow, halved where Newton's method fails.
+
+SHORTEST_STEP = 2.0**-12
+"""Shortest load step over the one that is asked for, below which the run stops."""
+
+
+class LoadSteps:
+    """Load steps from equilibrium to equilibrium.
+
+    newton: the method. iterations: numbers of Newton iterations of all steps so far.
+    """
+
+    def __init__(self, newton: Newton) -> None:
+        self.newton, self.forces = newton, newton.forces
+        self.iterations: list[int] = []
+        self._allowed = np.inf
+        self._last: tuple[float, np.ndarray] | None = None
+
+    def advance(
+        self, until: float, see: Callable[[int, float], None] = lambda k, share: None
+    ) -> Equilibrium:
+        """Find and accept the next equilibrium, at a load time of at most `until` [s].
+
+        Raises NoEquilibriumError if there is none after the shortest step.
+        """
+        begin = self.forces.time
+        asked = until - begin
+        while True:
+            step = min(asked, self._allowed)
+            if asked < step * (1.0 + 1e-6) or asked - step < 1e-9 * abs(until):
+                step = asked
+            try:
+                found = self._tried(begin, step, see)
+            except NoEquilibriumError:
+                self.forces.go_back()
+                if step < SHORTEST_STEP * asked:
+                    raise
+                self._allowed = 0.5 * step
+                continue
+            self.iterations.append(len(found.iterations))
+            if len(found.iterations) < MOST_ITERATIONS // 2:
+                self._allowed *= 2.0
+            return found
+
+    def _tried(self, begin: float, step: float, see: Callable[[int, float], None]) -> Equilibrium:
+        forces = self.forces
+        before = forces.start
+        guess = forces.steer(begin + step)
+        if self._last is not None:  # from the last two states, if that is closer
+            duration, moved = self._last
+            further = forces.moved(guess, moved * (step / duration))
+            if self.newton.unbalanced(further)[1] < self.newton.unbalanced(guess)[1]:
+                guess = further
+        found = self.newton.find(guess, see)
+        forces.accept(found.at)
+        self._last = step, forces.difference(before, found.at)
+        mean, count = self.newton.mean_force, len(self.iterations)
+        self.newton.mean_force = (count * mean + forces.inner_force()) / (count + 1)
+        return found

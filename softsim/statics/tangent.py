@@ -1,0 +1,357 @@
+"""Tangent stiffness K = -dR/dq of a model at any state, assembled from differences of its forces.
+
+The pattern of K has the pairs of nodes that elements, structures, ties and contact between surfaces
+couple; columns are evaluated by colours (solver/rest_stiffness.py). Rigid motions and pressures have
+columns of their own; their rows follow from the forces on tied nodes and from the gradients of the
+volumes. A pulled cable couples all nodes of its eyelets by its elongation e: it adds a matrix
+-de/dL k g (x) g of rank one, where g = dL/dx. It is kept apart, and the factors are corrected by the
+formula of Woodbury.
+
+Newton's method uses K to precondition the exact product with a direction (`StaticForces`), so that
+what the pattern lacks costs iterations, not accuracy. `error` measures what it lacks.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import scipy.sparse as sp
+import taichi as ti
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
+
+from softsim.compute import fields
+from softsim.model import Model
+from softsim.solver.rest_stiffness import STEP, colours, coupled_pairs, incidence
+from softsim.solver.stiffness_bound import volume_gradient
+from softsim.statics.forces import Configuration, StaticForces
+from softsim.structures.pulled_cable import PulledCable
+
+
+class Tangent:
+    """Assembles the tangent stiffness of a model at trial states.
+
+    The pattern and its colours are kept until the pairs in contact change.
+    """
+
+    def __init__(self, forces: StaticForces) -> None:
+        self.forces, self.model = forces, forces.model
+        scenario = forces.solver.scenario(0)
+        self.cables = [(c, scenario.term_of(c).elongation) for c in self.model.of_kind(PulledCable)]
+        self.steps = STEP * shortest_edges(self.model)
+        self.fixed_pairs = fixed_pairs(self.model)
+        self._touching = np.zeros((0, 2), dtype=int)
+        self._colour(self.fixed_pairs)
+
+    def _colour(self, pairs: sp.csr_matrix) -> None:
+        self.pairs = pairs.tocoo()
+        self.colour = colours(self.pairs)
+        order = np.argsort(self.colour[self.pairs.col], kind="stable")
+        self.rows, self.columns = self.pairs.row[order], self.pairs.col[order]
+        last = self.colour.max(initial=-1)
+        self.starts = np.searchsorted(self.colour[self.columns], np.arange(last + 2))
+
+    def at(self, where: Configuration) -> "Stiffness":
+        """Return the tangent stiffness at a configuration."""
+        forces = self.forces
+        forces.residual(where)
+        self._see_contact()
+        n, d = where.x.shape
+        values = np.empty((len(self.rows), d, d))
+        for number, (start, end) in enumerate(pairwise(self.starts)):
+            alike, inside = self.colour == number, slice(start, end)
+            for axis in range(d):
+                resisted = self._resisted(where, alike, axis)
+                step = self.steps[self.columns[inside], None]
+                values[inside, :, axis] = resisted[self.rows[inside]] / step
+        of_rows, of_columns = np.broadcast_arrays(
+            (self.rows[:, None] * d + np.arange(d))[:, :, None],
+            (self.columns[:, None] * d + np.arange(d))[:, None, :],
+        )
+        entries = (values.ravel(), (of_rows.ravel(), of_columns.ravel()))
+        of_nodes = sp.csr_matrix(entries, shape=(n * d, n * d))
+        matrix = self._with_others(where, of_nodes)
+        vectors = [self._free(where, cable.length_gradient(where.x)) for cable, _ in self.cables]
+        stiffnesses = [
+            cable.stiffness * self._stretching(where, elongation, vector)
+            for (cable, elongation), vector in zip(self.cables, vectors, strict=True)
+        ]
+        found = Stiffness(
+            matrix, np.array(vectors).reshape(-1, forces.size), np.array(stiffnesses),
+            np.zeros((0, forces.size)), 0.0,
+        )  # fmt: skip
+        loose = loose_motions(forces, where, found)
+        return replace(found, loose=loose, hold=float(abs(matrix.diagonal()).mean()))
+
+    def _resisted(self, where: Configuration, moved: np.ndarray, axis: int) -> np.ndarray:
+        """Return the forces (n, d) [N] that resist a step of the nodes of a colour along an axis.
+
+        The elongation of a cable acts as if it did not change.
+        """
+        ends = []
+        for sign in (-1.0, 1.0):
+            x = where.x.copy()
+            x[moved, axis] += sign * self.steps[moved]
+            self.forces.residual(replace(where, x=x))
+            ends.append((self.forces.nodal_forces(), [fields.read(e)[0] for _, e in self.cables]))
+        (before, longer_before), (after, longer_after) = ends
+        resisted: np.ndarray = 0.5 * (before - after)
+        for (cable, _), e_0, e_1 in zip(self.cables, longer_before, longer_after, strict=True):
+            gradient = cable.stiffness * cable.length_gradient(where.x)
+            resisted -= 0.5 * (e_1 - e_0) * self.model.ties.handed_over(gradient)
+        return resisted
+
+    def _see_contact(self) -> None:
+        """Renew the pattern if the pairs of points and facets in contact have changed."""
+        contacts, data = self.forces.solver.terms.self_contacts, self.model.self_contact
+        if data is None:
+            return
+        facet = fields.read(contacts[0].facet)[0]
+        points = np.flatnonzero(facet >= 0)
+        touching = np.column_stack([points, facet[points]])
+        if np.array_equal(touching, self._touching):
+            return
+        self._touching = touching
+        d = data.facets.shape[1]
+        vertices = np.repeat(data.nodes[:, None], d, axis=1)  # a vertex stands for all its corners
+        own = np.concatenate([vertices, data.facets])[touching[:, 0]]
+        groups = np.concatenate([own, data.facets[touching[:, 1]]], axis=1)
+        self._colour(self.fixed_pairs + pairs_of(self.model, groups))
+
+    def _free(self, where: Configuration, of_nodes: np.ndarray) -> np.ndarray:
+        """Return the force (size,) on the free coordinates from forces (n, d) on all nodes."""
+        on_nodes = self._gathering(where) @ self.model.ties.handed_over(of_nodes).ravel()
+        return np.concatenate([on_nodes, np.zeros(self.forces.counts[3])])
+
+    def _gathering(self, where: Configuration) -> sp.csr_matrix:
+        """Return the matrix that sums forces (n d,) on nodes to those on free nodes and bodies."""
+        forces, (n, d) = self.forces, where.x.shape
+        free = np.flatnonzero(forces.is_free)
+        rows = [
+            sp.csr_matrix((np.ones(len(free)), (np.arange(len(free)), free)), (len(free), n * d))
+        ]
+        if forces.bodies.count:
+            moves, turns = [], []
+            for body, tied in enumerate(forces.tied):
+                arms = np.zeros((len(tied), 3))
+                arms[:, :d] = where.x[tied] - where.centres[body]
+                for axis in range(d):
+                    if forces.free_moves[body, axis]:
+                        moves.append(_row(tied, axis, np.ones(len(tied)), n, d))
+                for axis in range(3):
+                    if forces.free_turns[body, axis]:
+                        along = np.cross(np.eye(3)[axis], arms)[:, :d] / forces.gyration[body]
+                        turns.append(sum(_row(tied, k, along[:, k], n, d) for k in range(d)))
+            rows += [*moves, *turns]
+        return sp.vstack(rows).tocsr()
+
+    def _with_others(self, where: Configuration, of_nodes: sp.csr_matrix) -> sp.csr_matrix:
+        """Return K (size, size) without cables: with rigid motions and pressures as coordinates."""
+        forces = self.forces
+        free = np.flatnonzero(forces.is_free)
+        gathered = (self._gathering(where) @ of_nodes)[:, free]
+        volumes = sp.csr_matrix(self._volume_rows(where)[:, : forces.counts[0]])
+        step, columns = float(self.steps.min()), []
+        for coordinate in range(forces.counts[0], forces.size):
+            along = np.zeros(forces.size)
+            along[coordinate] = step
+            ends = [forces.residual(forces.moved(where, sign * along)) for sign in (-1.0, 1.0)]
+            columns.append(sp.csc_matrix((0.5 * (ends[0] - ends[1]) / step)[:, None]))
+        return sp.hstack([sp.vstack([gathered, volumes]), *columns]).tocsr()
+
+    def _volume_rows(self, where: Configuration) -> np.ndarray:
+        """Return the rows (c, size) of the pressures: P dV/dq, c over its value at the start."""
+        forces, rows = self.forces, np.zeros((self.forces.counts[3], self.forces.size))
+        for row, load in enumerate(forces.chambers):
+            surface = np.concatenate([load.facets, load.lids])
+            gradient = self._free(where, volume_gradient(load.geometry, surface, where.x))
+            stiffer = load.source.stiffness(load.volume(where.x)) / load.source.stiffness(
+                load.volume(forces.start.x)
+            )
+            rows[row] = forces.pressure_scale * stiffer * gradient
+        return rows
+
+    def _stretching(self, where: Configuration, elongation: ti.Field, vector: np.ndarray) -> float:
+        """Return de/dL of a cable, by a difference along its own vector: 1 if it is taut, else 0."""
+        length = float(self.steps.min()) * vector / np.abs(vector).max()
+        ends = []
+        for sign in (-1.0, 1.0):
+            self.forces.residual(self.forces.moved(where, sign * length))
+            ends.append(float(fields.read(elongation)[0]))
+        return (ends[1] - ends[0]) / (2.0 * float(vector @ length))
+
+
+def _row(nodes: np.ndarray, axis: int, values: np.ndarray, n: int, d: int) -> sp.csr_matrix:
+    return sp.csr_matrix((values, (np.zeros(len(nodes), int), nodes * d + axis)), (1, n * d))
+
+
+@dataclass(frozen=True, eq=False)
+class Stiffness:
+    """Tangent stiffness K + sum_k c_k g_k (x) g_k (size, size) [N/m] of the free coordinates.
+
+    vectors (k, size), stiffnesses (k,): g and c of the pulled cables. loose (r, size): orthonormal
+    rigid motions without stiffness; factors resist them by `hold` [N/m], which changes nothing if
+    no load acts along them.
+    """
+
+    matrix: sp.csr_matrix
+    vectors: np.ndarray
+    stiffnesses: np.ndarray
+    loose: np.ndarray
+    hold: float
+
+    def times(self, v: np.ndarray) -> np.ndarray:
+        """Return the product (size,) [N] with a displacement (size,) [m]."""
+        product: np.ndarray = self.matrix @ v + self.vectors.T @ (
+            self.stiffnesses * (self.vectors @ v)
+        )
+        return product
+
+    def holding(self, v: np.ndarray) -> np.ndarray:
+        """Return the forces (size,) [N] that resist the loose part of a displacement (size,) [m]."""
+        product: np.ndarray = self.hold * (self.loose.T @ (self.loose @ v))
+        return product
+
+    def factors(self) -> "Factors":
+        """Return the factors, with which systems are solved."""
+        return Factors(self)
+
+
+class Factors:
+    """LU factors of a tangent stiffness, with its parts of rank one by Woodbury's formula."""
+
+    def __init__(self, stiffness: Stiffness) -> None:
+        self.stiffness = stiffness
+        self.lu = splu(
+            stiffness.matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01,
+            options={"SymmetricMode": True},
+        )  # fmt: skip
+        self.vectors = G = np.concatenate([stiffness.vectors, stiffness.loose])
+        held = np.full(len(stiffness.loose), stiffness.hold)
+        self.stiffnesses = c = np.concatenate([stiffness.stiffnesses, held])
+        self.solved = np.array([self.lu.solve(g) for g in G]).reshape(G.shape)
+        self.small = np.eye(len(c)) + c[:, None] * (G @ self.solved.T)
+
+    def solve(self, force: np.ndarray) -> np.ndarray:
+        """Return the displacement (size,) [m] for a force (size,) [N]."""
+        u: np.ndarray = self.lu.solve(force)
+        if len(self.small):
+            c, G = self.stiffnesses, self.vectors
+            u = u - self.solved.T @ np.linalg.solve(self.small, c * (G @ u))
+        return u
+
+    @property
+    def negative_pivots(self) -> int:
+        """Number of negative eigenvalues of a nearly symmetric K, by the signs of its pivots."""
+        return int((self.lu.U.diagonal() < 0.0).sum())
+
+
+RIGID = 1e-7
+"""Stiffness of a rigid motion over the mean of the diagonal, below which it is round-off."""
+
+
+def loose_motions(forces: StaticForces, where: Configuration, stiffness: Stiffness) -> np.ndarray:
+    """Return orthonormal rigid motions (r, size) of connected pieces that nothing resists."""
+    count, piece = connected_components(stiffness.matrix, directed=False)
+    tried = rigid_motions(forces, where)
+    motions = [np.where(piece == p, z, 0.0) for p in range(count) for z in tried]
+    motions = [z for z in motions if np.abs(z).max() > 0.0]
+    basis, _ = np.linalg.qr(np.array(motions).reshape(-1, forces.size).T)
+    resisted = np.array([stiffness.times(z) for z in basis.T]).reshape(-1, forces.size)
+    # Not z K z, which a stiffness of another sign elsewhere could cancel.
+    squares, turned = np.linalg.eigh(resisted @ resisted.T)
+    mean = float(abs(stiffness.matrix.diagonal()).mean())
+    return (basis @ turned[:, squares < (RIGID * mean) ** 2]).T
+
+
+def rigid_motions(forces: StaticForces, where: Configuration) -> np.ndarray:
+    """Return the translations and rotations (k, size) of the whole model in free coordinates."""
+    d = where.x.shape[1]
+    lengths = 1.0 / np.maximum(np.ptp(where.x, axis=0).max(), 1e-30)
+    moves = []
+    for axis in range(d):
+        along = np.eye(d)[axis]
+        no_turn = np.zeros(forces.free_turns.shape)
+        moves.append(
+            (np.tile(along, (len(where.x), 1)), np.tile(along, (len(forces.tied), 1)), no_turn)
+        )
+    for axis in range(3) if d == 3 else [2]:
+        about = np.eye(3)[axis]
+        turn = [np.cross(about, in_space(x))[:, :d] * lengths for x in (where.x, where.centres)]
+        turns = np.tile(about, (len(forces.tied), 1)) * forces.gyration * lengths
+        moves.append((*turn, turns))
+    free = (forces.is_free, forces.free_moves, forces.free_turns)
+    nothing = np.zeros(forces.counts[3])
+    return np.array(
+        [
+            np.concatenate([*(m[f] for m, f in zip(move, free, strict=True)), nothing])
+            for move in moves
+        ]
+    )
+
+
+def named_motion(forces: StaticForces, where: Configuration, motion: np.ndarray) -> str:
+    """Return the name of the translation or rotation that a rigid motion (size,) is closest to."""
+    tried = rigid_motions(forces, where)
+    inside = np.where(motion != 0.0, tried, 0.0)
+    sizes = np.linalg.norm(inside, axis=1)
+    shares = np.abs(inside @ motion) / np.where(sizes > 0.0, sizes, np.inf)
+    d, best = where.x.shape[1], int(np.argmax(shares))
+    if best < d:
+        return f"translation along {'xyz'[best]}"
+    return f"rotation about {'xyz'[best - d] if d == 3 else 'z'}"
+
+
+def in_space(x: np.ndarray) -> np.ndarray:
+    """Return places (n, d) as places of space (n, 3)."""
+    return np.pad(x, ((0, 0), (0, 3 - x.shape[1])))
+
+
+def fixed_pairs(model: Model) -> sp.csr_matrix:
+    """Return the pairs (n, n) of nodes that elements, structures and ties couple.
+
+    Columns are those of moving nodes.
+    """
+    n = len(model.points)
+    moving = np.any(model.is_free, axis=1)
+    pairs = sp.identity(n, format="csr")
+    for body in model.bodies:
+        for region in body.regions:
+            everything = np.ones(len(body.points), dtype=bool)
+            found = coupled_pairs(region, model.ties.within(slice(0, 0)), everything)
+            shift = body.first_node
+            entries = (found.data, (found.row + shift, found.col + shift))
+            pairs = pairs + sp.csr_matrix(entries, shape=(n, n))
+    for structure in model.all_structures:
+        for bound in structure.stiffness_bound(model.points):
+            pairs = pairs + pairs_of(model, bound.nodes.T)
+    T = model.ties.matrix(n)
+    pairs = T.T @ pairs @ T + pairs
+    return (abs(pairs) @ sp.diags(moving.astype(float))).tocsr()
+
+
+def pairs_of(model: Model, groups: np.ndarray) -> sp.csr_matrix:
+    """Return the pairs (n, n) of the nodes of groups (m, k), and of the nodes they are tied to."""
+    n = len(model.points)
+    if not groups.size:
+        return sp.csr_matrix((n, n))
+    moves = incidence(groups, n)
+    moves = moves + moves @ model.ties.matrix(n)
+    moving = sp.diags(np.any(model.is_free, axis=1).astype(float))
+    pairs = (moves.T @ moves @ moving).tocsr()
+    pairs.eliminate_zeros()
+    return pairs
+
+
+def shortest_edges(model: Model) -> np.ndarray:
+    """Return the shortest distance (n,) [m] of each node from the others of its elements.
+
+    Nodes without elements get the smallest of all.
+    """
+    shortest = np.full(len(model.points), np.inf)
+    for body in model.bodies:
+        corners = body.points[body.cells]
+        apart = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3)
+        apart[apart == 0.0] = np.inf
+        np.minimum.at(shortest, body.cells + body.first_node, apart.min(axis=2))
+    return np.where(np.isfinite(shortest), shortest, shortest.min())
