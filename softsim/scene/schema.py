@@ -116,14 +116,14 @@ class TimeSpec(Spec):
     procedure: Literal["dynamic", "static"] = Field(
         default="dynamic",
         description="dynamic: explicit time integration. static: equilibrium with the loads of "
-        "each time up to `end`. In a static run velocities and inertia have no physical meaning, and "
-        "materials have their long-term stiffness.",
+        "each time up to `end`. In a static run velocities and inertia have no physical meaning, "
+        "and materials have their long-term stiffness.",
     )
     method: Literal["newton", "relaxation"] | None = Field(
         default=None,
         description="How a static run finds equilibrium. newton: load steps by Newton's method. "
-        "relaxation: damped motion, which also finds states far away, such as those after buckling. "
-        "Default: newton, but relaxation with `settle` or `until`.",
+        "relaxation: damped motion, which also finds states far away, such as those after "
+        "buckling. Default: newton, but relaxation with `settle` or `until`.",
     )
     settle: PositiveTime | None = Field(
         default=None,

@@ -65,6 +65,7 @@ class Terms:
         self.slip_length = np.array([m.friction_slip_length for m in models])
         self.return_times = np.array([return_time(m) for m in models])
         self.corner_contacts: list[CornerContact] = []
+        self.frames: list[FixedFrame] = []  # of the walls, some of which move
         self.contacts_by_wall = self._contacts_by_wall(models)
         self.supports = self._supports(models)
         self.structure_contacts = self._structure_contacts(models)
@@ -107,7 +108,9 @@ class Terms:
         self, model: Model, contact: ContactData, walls: Sequence[Wall], friction: list[float]
     ) -> SurfaceContact:
         obstacle = walls[0].obstacle(walls, model.points[contact.nodes])
-        return self._contact(contact, obstacle, walls[0].frame(walls), friction)
+        frame = walls[0].frame(walls)
+        self.frames.append(frame)
+        return self._contact(contact, obstacle, frame, friction)
 
     def _corner_contact(
         self, data: CornerData, contact: ContactData, walls: Sequence[Wall], frame: FixedFrame,

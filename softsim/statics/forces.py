@@ -8,10 +8,11 @@ They change only when a state is accepted.
 
 Free coordinates q are the free components of nodes, the free translations and rotations of rigid
 bodies, and the pressures of chambers whose source asks for their volume. A rotation [rad] is
-multiplied by the radius of gyration of its body, and a torque is divided by it. A pressure is divided
-by a modulus per length P; its residual is P (p_s - p) / c, where p_s is the pressure of the source at
-this volume and c = -dp_s/dV. All coordinates are thus lengths [m] and all residuals forces [N]. With
-the pressure as an unknown, Newton's method keeps the volume of a liquid and not its huge pressure.
+multiplied by the radius of gyration of its body, and a torque is divided by it. A pressure is
+divided by a modulus per length P; its residual is P (p_s - p) / c, where p_s is the pressure of the
+source at this volume and c = -dp_s/dV. All coordinates are thus lengths [m] and all residuals
+forces [N]. With the pressure as an unknown, Newton's method follows the volume of a liquid, not its
+pressure, which would be huge at a trial state.
 """
 
 from dataclasses import dataclass
@@ -120,7 +121,7 @@ class StaticForces:
         return self._tied_placed(Configuration(x, centres, turns, pressures))
 
     def difference(self, before: Configuration, after: Configuration) -> np.ndarray:
-        """Return the step (size,) [m] with which `moved` leads from one configuration to another."""
+        """Return the step (size,) [m] by which `moved` leads from one state to another."""
         angles = np.zeros(self.free_turns.shape)
         if self.counts[2]:
             turned = Rotation.from_quat(after.turns) * Rotation.from_quat(before.turns).inv()
@@ -201,8 +202,8 @@ class StaticForces:
         self.solver.kernels.run([span])
 
     @cached_property
-    def _path_fields(self) -> dict:
-        """State fields that remember the path, by name: those of contact, tethers and cable ends."""
+    def _path_fields(self) -> dict[str, ti.Field]:
+        """State fields that remember the path: of contact, tethers and ends of cables."""
         owners = ("contacts/", "self_contacts/", "loads/", "structures/")
         found = {
             name: field
@@ -232,8 +233,8 @@ class StaticForces:
             fields.write(self.bodies.velocity, held[None])
             fields.write(self.bodies.angular_momentum, 0.0)
         solver.kernels.steer(0, time, step)
-        for contact in terms.contacts:
-            for speed in contact.frame.speeds():
+        for frame in terms.frames:
+            for speed in frame.speeds():
                 fields.write(speed, fields.read(speed) * (step / LONG))
         self.time = time
         self._base = solver.state()

@@ -1,8 +1,8 @@
 """Newton's method for equilibrium R(q, t) = 0 at a load time t.
 
-Each iteration solves K dq = R by GMRES. The product K v is exact: a central difference of R along v,
-with everything that exerts force. The factors of an assembled tangent precondition it; they are
-renewed when GMRES needs more than STALE iterations (modified Newton, without its slow convergence).
+Each iteration solves K dq = R by GMRES. The product K v is exact: a central difference of R along
+v, with everything that exerts force. The factors of an assembled tangent precondition it; they are
+renewed when GMRES needs more than STALE iterations (modified Newton without its slow convergence).
 A line search halves dq until |R| falls.
 """
 
@@ -64,8 +64,8 @@ class Newton:
     """Newton's method for the forces of a model.
 
     tolerance: allowed unbalanced over internal forces [-]. mean_force: mean of the internal forces
-    [N] of all equilibria so far, to which a body that is unloaded again compares. factorisations, products: numbers of
-    factorised tangents and of products K v so far.
+    [N] of all equilibria so far, with which the unbalanced force of an unloaded body is compared.
+    factorisations, products: numbers of factorised tangents and of products K v so far.
     """
 
     def __init__(self, forces: StaticForces, tolerance: float) -> None:
@@ -84,7 +84,8 @@ class Newton:
 
         Raises NoEquilibriumError.
         """
-        at, iterations = guess, []
+        at = guess
+        iterations: list[Iteration] = []
         residual, share = self.unbalanced(at)
         while share > TIGHTER * self.tolerance:
             see(len(iterations), share)
@@ -210,11 +211,10 @@ class Newton:
         for _ in range(MOST_HALVINGS + 1):
             tried = self.forces.moved(at, fraction * step)
             found, share = self.unbalanced(tried)
-            is_finite = np.isfinite(share)
-            if (
-                is_finite
-                and np.linalg.norm(self.factors.solve(found)) < (1.0 - 0.1 * fraction) * length
-            ):
+            next_length = (
+                np.linalg.norm(self.factors.solve(found)) if np.isfinite(share) else np.inf
+            )
+            if next_length < (1.0 - 0.1 * fraction) * length:
                 return tried, found, share, fraction
             fraction *= 0.5
         return None

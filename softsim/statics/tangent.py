@@ -1,11 +1,11 @@
 """Tangent stiffness K = -dR/dq of a model at any state, assembled from differences of its forces.
 
-The pattern of K has the pairs of nodes that elements, structures, ties and contact between surfaces
-couple; columns are evaluated by colours (solver/rest_stiffness.py). Rigid motions and pressures have
-columns of their own; their rows follow from the forces on tied nodes and from the gradients of the
-volumes. A pulled cable couples all nodes of its eyelets by its elongation e: it adds a matrix
--de/dL k g (x) g of rank one, where g = dL/dx. It is kept apart, and the factors are corrected by the
-formula of Woodbury.
+The pattern of K has the pairs of nodes that elements, structures, ties and contact between
+surfaces couple; columns are evaluated by colours (solver/rest_stiffness.py). Rigid motions and
+pressures have columns of their own; their rows follow from the forces on tied nodes and from the
+gradients of the volumes. A pulled cable couples all nodes of its eyelets by its elongation e: it
+adds a matrix k (de/dL) g (x) g of rank one, where g = dL/dx. It is kept apart, and the factors are
+corrected by the formula of Woodbury.
 
 Newton's method uses K to precondition the exact product with a direction (`StaticForces`), so that
 what the pattern lacks costs iterations, not accuracy. `error` measures what it lacks.
@@ -124,12 +124,10 @@ class Tangent:
         return np.concatenate([on_nodes, np.zeros(self.forces.counts[3])])
 
     def _gathering(self, where: Configuration) -> sp.csr_matrix:
-        """Return the matrix that sums forces (n d,) on nodes to those on free nodes and bodies."""
+        """Return the matrix that sums forces (n d,) on nodes to those on free coordinates."""
         forces, (n, d) = self.forces, where.x.shape
         free = np.flatnonzero(forces.is_free)
-        rows = [
-            sp.csr_matrix((np.ones(len(free)), (np.arange(len(free)), free)), (len(free), n * d))
-        ]
+        rows = [sp.identity(n * d, format="csr")[free]]
         if forces.bodies.count:
             moves, turns = [], []
             for body, tied in enumerate(forces.tied):
@@ -172,7 +170,7 @@ class Tangent:
         return rows
 
     def _stretching(self, where: Configuration, elongation: ti.Field, vector: np.ndarray) -> float:
-        """Return de/dL of a cable, by a difference along its own vector: 1 if it is taut, else 0."""
+        """Return de/dL of a cable, by a difference along its vector: 1 if it is taut, else 0."""
         length = float(self.steps.min()) * vector / np.abs(vector).max()
         ends = []
         for sign in (-1.0, 1.0):
@@ -208,7 +206,7 @@ class Stiffness:
         return product
 
     def holding(self, v: np.ndarray) -> np.ndarray:
-        """Return the forces (size,) [N] that resist the loose part of a displacement (size,) [m]."""
+        """Return the forces (size,) [N] that resist the loose part of a displacement (size,)."""
         product: np.ndarray = self.hold * (self.loose.T @ (self.loose @ v))
         return product
 
@@ -266,26 +264,21 @@ def loose_motions(forces: StaticForces, where: Configuration, stiffness: Stiffne
 
 def rigid_motions(forces: StaticForces, where: Configuration) -> np.ndarray:
     """Return the translations and rotations (k, size) of the whole model in free coordinates."""
-    d = where.x.shape[1]
-    lengths = 1.0 / np.maximum(np.ptp(where.x, axis=0).max(), 1e-30)
-    moves = []
-    for axis in range(d):
-        along = np.eye(d)[axis]
-        no_turn = np.zeros(forces.free_turns.shape)
-        moves.append(
-            (np.tile(along, (len(where.x), 1)), np.tile(along, (len(forces.tied), 1)), no_turn)
-        )
-    for axis in range(3) if d == 3 else [2]:
-        about = np.eye(3)[axis]
-        turn = [np.cross(about, in_space(x))[:, :d] * lengths for x in (where.x, where.centres)]
-        turns = np.tile(about, (len(forces.tied), 1)) * forces.gyration * lengths
-        moves.append((*turn, turns))
+    x, centres, (n, d) = where.x, where.centres, where.x.shape
+    count, length = len(centres), float(np.ptp(x, axis=0).max())
+    motions = [
+        (np.tile(along, (n, 1)), np.tile(along, (count, 1)), np.zeros((count, 3)))
+        for along in np.eye(d)
+    ]
+    for about in np.eye(3) if d == 3 else np.eye(3)[2:]:
+        of_nodes, of_bodies = (np.cross(about, in_space(y))[:, :d] / length for y in (x, centres))
+        motions.append((of_nodes, of_bodies, about * forces.gyration / length))
     free = (forces.is_free, forces.free_moves, forces.free_turns)
     nothing = np.zeros(forces.counts[3])
     return np.array(
         [
-            np.concatenate([*(m[f] for m, f in zip(move, free, strict=True)), nothing])
-            for move in moves
+            np.concatenate([*(m[f] for m, f in zip(motion, free, strict=True)), nothing])
+            for motion in motions
         ]
     )
 
