@@ -268,7 +268,8 @@ class Relaxation:
 
     It takes `shortest` to `longest` [s] and ends when the unbalanced force is below `tolerance`
     times the internal forces, or a probe is steady. by_newton: True if a static procedure finds its
-    equilibria by Newton's method instead, to the same tolerance.
+    equilibria by Newton's method instead, to the same tolerance; follows_path: True if it follows
+    their path through limit points of the loads, by arc length.
     """
 
     longest: float
@@ -276,6 +277,7 @@ class Relaxation:
     until: SteadyProbe | None = None
     shortest: float = 0.0
     by_newton: bool = False
+    follows_path: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ from softsim.builder.names import robot as robot_of
 from softsim.builder.passage import crossing, end_time, refuse_steady_probe, steady_probe
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.loads.nodal import RisingGravity
+from softsim.loads.prescribed import MovingWall, PrescribedMotion, RigidMotion
 from softsim.loads.pressure import FollowerPressure
 from softsim.loads.profile import Profile
 from softsim.model import Model, Relaxation
@@ -153,6 +154,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
         crossing=crossing(names, bodies),
     )
     refuse_instant_relaxation(names, model)
+    refuse_path_of_motion(names, model)
     refuse_what_cannot_be_felt(names, model)
     refuse_unstable_step(names, model)
     return model
@@ -238,16 +240,40 @@ def relaxation(names: Names) -> Relaxation | None:
     by_default = "newton" if time.settle is None and time.until is None else "relaxation"
     by_newton = (time.method or by_default) == "newton"
     tolerance = scene.solver.equilibrium_tolerance
-    return Relaxation(longest, tolerance, steady_probe(names), by_newton=by_newton)
+    follows_path = time.control == "arc_length"
+    if follows_path and not by_newton:
+        raise names.loaded.error(
+            ("time", "control"),
+            "relaxation does not follow a path of equilibria",
+            "write method: newton, or leave `control` out",
+        )
+    return Relaxation(
+        longest, tolerance, steady_probe(names), by_newton=by_newton, follows_path=follows_path
+    )
 
 
 def refuse_method(names: Names) -> None:
     """Raise SceneError if a dynamic run names a method of finding equilibrium."""
-    if names.scene.time.method is not None:
+    time = names.scene.time
+    for key, is_given in (("method", time.method is not None), ("control", time.control != "load")):
+        if is_given:
+            raise names.loaded.error(
+                ("time", key),
+                "only a static run goes from equilibrium to equilibrium",
+                f"write procedure: static, or leave `{key}` out",
+            )
+
+
+def refuse_path_of_motion(names: Names, model: Model) -> None:
+    """Raise SceneError if a path by arc length meets a prescribed motion: it follows loads."""
+    if model.relaxation is None or not model.relaxation.follows_path:
+        return
+    motions = (PrescribedMotion, RigidMotion, MovingWall)
+    if any(isinstance(x, motions) for x in (*model.loads, *model.walls)):
         raise names.loaded.error(
-            ("time", "method"),
-            "only a static run finds equilibrium by a method",
-            "write procedure: static, or leave `method` out",
+            ("time", "control"),
+            "arc_length follows forces and pressures, and this scene prescribes a motion",
+            "write control: load, which follows a motion through the limit points of its force",
         )
 
 

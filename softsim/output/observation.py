@@ -71,6 +71,9 @@ def columns(model: Model) -> dict[str, str]:
     }
     if model.relaxation is not None:
         last["unbalanced_share"] = "-"  # of the forces, see solver/energy.py
+        if model.relaxation.follows_path:
+            last["load_time"] = "s"  # at which loads are taken: falls where the path turns back
+            last["unstable_modes"] = "-"  # negative eigenvalues of the tangent stiffness
     if model.passage is not None:
         last |= along_path.PATH_COLUMNS
     if model.crossing is not None:
@@ -145,10 +148,12 @@ class Observer:
         row = self.blank.copy()
         row["time"] = scenario.time
         if model.chamber is not None:
-            row |= scenario.term_of(model.chamber).chamber_readings(scenario.number, scenario.time)
+            row |= scenario.term_of(model.chamber).chamber_readings(
+                scenario.number, scenario.load_time
+            )
         for name, chamber in self.chambers.items():
             term = scenario.term_of(chamber)
-            row[name] = term.chamber_readings(scenario.number, scenario.time)["pressure"]
+            row[name] = term.chamber_readings(scenario.number, scenario.load_time)["pressure"]
         if model.robot.frame is not None:
             row |= frame_readings(frame_pose(scenario, model.robot.frame))
         row["contact_count"] = walls.contact_count

@@ -23,7 +23,7 @@ from softsim.run.cost import measured_profile
 from softsim.run.course import KERNEL, ROWS, Results, Run, WallClock
 from softsim.run.handover import EarlierStep
 from softsim.run.record import Record
-from softsim.run.statics import StaticRun
+from softsim.run.statics import PathRun, StaticRun
 from softsim.solver.energy import EnergyReader, interrupted_before_start, settle
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.stable_step import first_time_increment, time_increment
@@ -101,8 +101,7 @@ class Batch:
             for of_run in files:
                 with of_run.logged():
                     log.info("kernels are ready, %.1f s after the start", self.clock.age)
-            is_newton = self.reader.rests[0]  # a static run is alone
-            kind = StaticRun if is_newton else Run
+            kind = kind_of_run(files[0].model)
             self.runs: list[Run] = [
                 kind(of_run, self.solver.scenario(s), self.reader, self.clock, given)
                 for s, (of_run, given) in enumerate(zip(files, stop_conditions, strict=True))
@@ -273,6 +272,14 @@ class Batch:
         # In place: the outcome of the run has this summary, too.
         files.summary |= {"phases": profile.shares(), "profile": costs}
         files.write_summary(files.summary)
+
+
+def kind_of_run(model: Model) -> type[Run]:
+    """Return the class of the runs of a model and its scenarios; a static one has none."""
+    relaxation = model.relaxation
+    if relaxation is None or not relaxation.by_newton:
+        return Run
+    return PathRun if relaxation.follows_path else StaticRun
 
 
 @contextmanager

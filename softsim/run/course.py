@@ -357,7 +357,11 @@ class Run:
             *(make(self.model) for make in self.given_conditions),
         ]
         see_history(self.stop_conditions, self.files.rows())
+        self.prepare()
         self.finished = self._is_done()
+
+    def prepare(self) -> None:
+        """Prepare the first block; the state is that of the start, or of a checkpoint."""
 
     # --- blocks of increments --------------------------------------------------------------------
 
@@ -529,7 +533,7 @@ class Run:
     def _write_row(self) -> None:
         scenario, progress = self.scenario, self.progress
         seen = self.observer.observe(self._interval())
-        row = seen.row | self.loop.readings()
+        row = seen.row | self.loop.readings() | self.path_readings()
         self.files.history.append(row)
         self.loop.follow(row)
         for condition in self.stop_conditions:
@@ -544,6 +548,10 @@ class Run:
         self.unbalanced_share = seen.row.get("unbalanced_share", float("nan"))
         progress.largest_energy_error = max(progress.largest_energy_error, error)
         self._refuse_energy_error(error, seen.energies)
+
+    def path_readings(self) -> dict[str, float]:
+        """Return the columns of a path of equilibria; none in other runs."""
+        return {}
 
     def _interval(self) -> float:
         """Return the time [s] since the impulses of contact were cleared."""

@@ -7,11 +7,11 @@ import numpy as np
 
 from softsim.errors import StabilityError
 from softsim.run.course import KERNEL, Run
-from softsim.run.record import Progress
 from softsim.solver.energy import Energies
 from softsim.solver.guards import refuse_broken_elements
+from softsim.statics.arc_length import ArcSteps
 from softsim.statics.forces import LONG, StaticForces
-from softsim.statics.newton import LoadSteps, Newton, NoEquilibriumError
+from softsim.statics.newton import Equilibrium, LoadSteps, Newton, NoEquilibriumError
 
 log = logging.getLogger("softsim")
 
@@ -25,22 +25,26 @@ ADVICE = (
 class StaticRun(Run):
     """Run of a static procedure by Newton's method."""
 
-    def _set_out(self, progress: Progress) -> None:
-        super()._set_out(progress)
+    def prepare(self) -> None:
         assert self.model.relaxation is not None
         self.forces = StaticForces(self.scenario.solver)
         self.newton = Newton(self.forces, self.model.relaxation.tolerance)
         self.steps = LoadSteps(self.newton)
+        self.iterations: list[int] = []
         self.worst_share = 0.0
+
+    def _advance(self) -> Equilibrium:
+        return self.steps.advance(self._next_due(), self._see)
 
     def next_block(self) -> int:
         """Find the next equilibrium; return 0, as no increment is left to compute."""
         begin = self.scenario.time
         with self.clock.spending_on(KERNEL), np.errstate(over="ignore", invalid="ignore"):
             try:
-                found = self.steps.advance(self._next_due(), self._see)
+                found = self._advance()
             except NoEquilibriumError as error:
                 raise self._at_limit(error, begin) from None
+        self.iterations.append(len(found.iterations))
         self.worst_share = max(self.worst_share, found.unbalanced_share)
         self.progress.time_increment = self.scenario.time - begin
         with self._failed_frame_kept():
@@ -51,15 +55,15 @@ class StaticRun(Run):
     def _at_limit(self, error: NoEquilibriumError, begin: float) -> StabilityError:
         """Return the error of a run that cannot go on, with the last converged state."""
         self.files.write_failed_frame(self.scenario)
-        row = self.observer.observe(LONG).row
-        loads = [
-            f"{name} {1e-3 * row[name]:.4g} kPa" for name in row
-            if name == "pressure" or name.startswith("pressure_")
-        ]  # fmt: skip
-        reached = f"; the last equilibrium is at t = {begin:.6g} s" + (
-            f", with {', '.join(loads)}" if loads else ""
-        )
+        reached = f"; the last equilibrium is at t = {begin:.6g} s{self._pressures()}"
         return StabilityError(f"{error}{reached}", ADVICE)
+
+    def _pressures(self) -> str:
+        """Return the pressures of all chambers in the last equilibrium, as a part of a sentence."""
+        terms = {load.name: self.scenario.term_of(load) for load in self.model.pressures}
+        values = {name: float(self.scenario.read(term.pressure)) for name, term in terms.items()}
+        found = [f"{name} at {1e-3 * value:.4g} kPa" for name, value in values.items()]
+        return f", with {', '.join(found)}" if found else ""
 
     def _see(self, iteration: int, share: float) -> None:
         log.debug("iteration %d: unbalanced share %.3g", iteration, share)
@@ -86,13 +90,62 @@ class StaticRun(Run):
         self._refuse_broken_elements()
 
     def _refuse_energy_error(self, error: float, energies: Energies) -> None:
-        """Do nothing: the work is summed over load steps, and its error is theirs."""
+        if error > self.model.energy_error_limit:  # of the work alone: forces balance
+            self.files.warn(
+                {
+                    "external work": f"the external work is summed over load steps that are too "
+                    f"long for it: the energy balance is off by {100.0 * error:.3g} %; shorten "
+                    "output.history_interval if you need the work"
+                }
+            )
 
     def solution(self) -> dict[str, Any]:
         """Return what Newton's method needed, for the summary."""
         return {
-            "load_steps": len(self.steps.iterations),
-            "newton_iterations": int(np.sum(self.steps.iterations)),
+            "load_steps": len(self.iterations),
+            "newton_iterations": sum(self.iterations),
             "factorisations": self.newton.factorisations,
             "largest_unbalanced_share": self.worst_share,
         }
+
+
+class PathRun(StaticRun):
+    """Static run along the path of equilibria, through limit points, by the arc-length method.
+
+    The clock adds up the load time that the path covers in either direction.
+    """
+
+    def prepare(self) -> None:
+        solver = self.scenario.solver
+        solver.load_times = solver.times.copy()
+        super().prepare()
+        self.path = ArcSteps(self.newton, self.model.end_time)
+
+    def _advance(self) -> Equilibrium:
+        passed, pressures = len(self.path.limit_points), self._pressures()
+        found = self.path.advance(self._see)
+        for point in self.path.limit_points[passed:]:
+            kind = "largest" if point.is_largest else "smallest"
+            self.files.tell(
+                f"limit point: the load is {kind} near t = {point.load_time:.6g} s{pressures}"
+            )
+        return found
+
+    def _increments_to(self, due: float) -> int:
+        return 0  # every equilibrium is a row and a frame
+
+    def _is_done(self) -> bool:
+        return self.path.is_complete
+
+    def path_readings(self) -> dict[str, float]:
+        """Return the load time [s] and the number of unstable modes of the last equilibrium."""
+        factors = self.newton.factors
+        unstable = 0 if factors is None else factors.negative_pivots
+        return {"load_time": self.forces.time, "unstable_modes": unstable}
+
+    def solution(self) -> dict[str, Any]:
+        points = [
+            {"load_time": point.load_time, "is_largest": point.is_largest}
+            for point in self.path.limit_points
+        ]
+        return super().solution() | {"limit_points": points}

@@ -125,6 +125,13 @@ class TimeSpec(Spec):
         "relaxation: damped motion, which also finds states far away, such as those after "
         "buckling. Default: newton, but relaxation with `settle` or `until`.",
     )
+    control: Literal["load", "arc_length"] = Field(
+        default="load",
+        description="What leads a static run by Newton's method from one equilibrium to the next. "
+        "load: the time of the loads. arc_length: the distance along the path of equilibria, which "
+        "turns back where a pressure or a force has a limit point (snap-through); the run ends "
+        "when the loads of `end` are reached, or those of the start again.",
+    )
     settle: PositiveTime | None = Field(
         default=None,
         description="Longest simulated time of relaxation to equilibrium. Dynamic run: before t = "

@@ -135,6 +135,7 @@ class ExplicitSolver:
 
     def _reset_clocks(self) -> None:
         self.times, self.time_increments = np.zeros(self.scenarios), np.zeros(self.scenarios)
+        self.load_times = self.times  # but along a path of equilibria
         self.increment_counts = np.zeros(self.scenarios, dtype=int)
         self.begin_block()
 
@@ -403,6 +404,11 @@ class Scenario:
     def time(self) -> float:
         """Simulated time [s]."""
         return float(self.solver.times[self.number])
+
+    @property
+    def load_time(self) -> float:
+        """Time at which loads are taken [s]: along a path of equilibria it may go back."""
+        return float(self.solver.load_times[self.number])
 
     @property
     def increment_count(self) -> int:

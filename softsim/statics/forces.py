@@ -75,7 +75,7 @@ class StaticForces:
         self.tied = [np.asarray(body.tied, dtype=int) for body in self.model.rigid_bodies]
         solver.relax_branches(0)
         solver.time_increments[0] = LONG
-        self.time = solver.time
+        self.time = float(solver.load_times[0])
         for term in self.chambers.values():
             fields.write(term.is_held, 1)
         self._accepted = self._base = solver.state()
@@ -222,7 +222,7 @@ class StaticForces:
 
         Return the configuration that results: free nodes stay where they are.
         """
-        terms, solver, step = self.solver.terms, self.solver, time - self.solver.time
+        terms, solver, step = self.solver.terms, self.solver, time - self.time
         solver.clear_impulses(0)
         self._accepted = solver.state()
         held_velocity = np.where(self.is_free, 0.0, fields.read(self.nodes.velocity)[0])
@@ -240,13 +240,18 @@ class StaticForces:
         self._base = solver.state()
         return self._tied_placed(self.configuration())
 
-    def accept(self, at: Configuration) -> None:
-        """Accept a state at the present load time: slip anchors move, work is added up."""
+    def accept(self, at: Configuration, duration: float) -> None:
+        """Accept a state at the present load time: slip anchors move, work is added up.
+
+        duration [s]: by which the clock of the run goes on.
+        """
         self._restore(self._base)
         self._put(at)
         self._compute()
-        self.solver.times[0] = self.time
+        self.solver.times[0] += duration
+        self.solver.load_times[0] = self.time
         self.solver.increment_counts[0] += 1
+        self.solver.begin_block()
         self._accepted = self._base = self.solver.state()
         self.start = at
 
@@ -254,7 +259,7 @@ class StaticForces:
         """Return to the accepted state."""
         self._restore(self._accepted)
         self._base = self._accepted
-        self.time = self.solver.time
+        self.time = float(self.solver.load_times[0])
         self._compute()
 
     def _restore(self, state: dict[str, np.ndarray]) -> None:

@@ -91,7 +91,7 @@ class Newton:
             see(len(iterations), share)
             if len(iterations) == MOST_ITERATIONS or not np.isfinite(share):
                 self._refuse(share)
-            step, krylov = self._step(at, residual, share)
+            step, krylov = self.step(at, residual, share)
             found = self._searched(at, step, residual)
             if found is None and krylov >= 0 and self._is_old(at):
                 self.renew(at)
@@ -160,9 +160,7 @@ class Newton:
         resisted: np.ndarray = (ends[0] - ends[1]) / (2.0 * step)
         return resisted + self.factors.stiffness.holding(v)
 
-    def _step(
-        self, at: Configuration, residual: np.ndarray, share: float
-    ) -> tuple[np.ndarray, int]:
+    def step(self, at: Configuration, residual: np.ndarray, share: float) -> tuple[np.ndarray, int]:
         """Return dq (size,) of K dq = R, and the iterations of GMRES that it took."""
         accuracy = max(1e-6, min(1e-3, 0.1 * TIGHTER * self.tolerance / share))
         if self.factors is None:
@@ -275,7 +273,7 @@ class LoadSteps:
             if self.newton.unbalanced(further)[1] < self.newton.unbalanced(guess)[1]:
                 guess = further
         found = self.newton.find(guess, see)
-        forces.accept(found.at)
+        forces.accept(found.at, step)
         self._last = step, forces.difference(before, found.at)
         mean, count = self.newton.mean_force, len(self.iterations)
         self.newton.mean_force = (count * mean + forces.inner_force()) / (count + 1)

@@ -1,0 +1,161 @@
+"""Arc-length method: a path of equilibria R(q, t) = 0 through limit points of the load.
+
+The load time t is an unknown as well (Riks 1979, Int. J. Solids Struct. 15:529-551). A step begins
+along the tangent of the path, dq = w dt with K w = dR/dt, for the distance |dq| = rho; each
+correction solves
+
+    K u = R,   K w = dR/dt,   dq = u + w dt,   dq . dq_0 = 0,
+
+so that it stays in the plane that is normal to the first dq_0. At a limit point w becomes infinite
+and dt changes its sign. The distance rho follows from the number of iterations of the last step.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from softsim.statics.forces import Configuration
+from softsim.statics.newton import (
+    MOST_ITERATIONS,
+    TIGHTER,
+    Equilibrium,
+    Iteration,
+    Newton,
+    NoEquilibriumError,
+)
+
+FIRST = 1.0 / 50.0
+"""Load time of the first step over the duration of the loads."""
+
+WANTED = 5
+"""Iterations of a step with the right distance."""
+
+FARTHEST = 12.0
+"""Largest distance of a step over that of the first."""
+
+NEAREST = 2.0**-16
+"""Smallest distance of a step over that of the first, below which the run stops."""
+
+DIFFERENCE = 1e-6
+"""Half the difference of load times of dR/dt, over the duration of the loads."""
+
+
+@dataclass(frozen=True)
+class LimitPoint:
+    """Largest or smallest load time [s] on a path, beyond which the path turns back."""
+
+    load_time: float
+    is_largest: bool
+
+
+class ArcSteps:
+    """Steps along the path of equilibria of a model, from its loads at the start.
+
+    end: load time [s] at which the loads are complete. limit_points: passed so far. iterations:
+    numbers of Newton iterations of all steps so far.
+    """
+
+    def __init__(self, newton: Newton, end: float) -> None:
+        self.newton, self.forces, self.end = newton, newton.forces, end
+        self.duration = end - newton.forces.time
+        self.iterations: list[int] = []
+        self.limit_points: list[LimitPoint] = []
+        self._first: float | None = None
+        self._distance = 0.0
+        self._along: np.ndarray | None = None
+        self._rate = 1.0
+
+    @property
+    def is_complete(self) -> bool:
+        """True if the loads are complete, or have gone back to those at the start."""
+        begin = self.end - self.duration
+        return bool(self.iterations) and not begin < self.forces.time < self.end
+
+    def advance(self, see: Callable[[int, float], None] = lambda k, share: None) -> Equilibrium:
+        """Find and accept the next equilibrium on the path.
+
+        Raises NoEquilibriumError if there is none at the smallest distance.
+        """
+        begin, start = self.forces.time, self.forces.start
+        with_tangent = self._tangent(start)
+        if self._first is None:
+            self._first = self._distance = (
+                FIRST * self.duration * float(np.linalg.norm(with_tangent))
+            )
+        ahead = 1.0 if self._along is None or self._along @ with_tangent > 0.0 else -1.0
+        while True:
+            try:
+                found, time = self._tried(begin, start, ahead * with_tangent, ahead, see)
+                break
+            except NoEquilibriumError:
+                self.forces.time = begin
+                self._distance *= 0.5
+                if self._distance < NEAREST * self._first:
+                    raise
+        self.forces.time = time
+        self._note_limit(begin, time)
+        self._along = self.forces.difference(start, found.at)
+        self.forces.accept(found.at, abs(time - begin))
+        count = max(1, len(found.iterations))
+        self.iterations.append(count)
+        self._distance = min(self._distance * np.sqrt(WANTED / count), FARTHEST * self._first)
+        return found
+
+    def _note_limit(self, begin: float, time: float) -> None:
+        rate = np.sign(time - begin)
+        if rate != self._rate:
+            self.limit_points.append(LimitPoint(begin, bool(rate < 0.0)))
+            self._rate = rate
+
+    def _tangent(self, at: Configuration) -> np.ndarray:
+        """Return w = dq/dt (size,) [m/s] of the path at an equilibrium."""
+        self.newton.renew(at)
+        return self.newton.solve(at, self._load_rate(at), 1e-6)[0]
+
+    def _load_rate(self, at: Configuration) -> np.ndarray:
+        """Return dR/dt (size,) [N/s] by a difference of load times."""
+        now, step = self.forces.time, DIFFERENCE * self.duration
+        ends = []
+        for time in (now - step, now + step):
+            self.forces.time = time
+            ends.append(self.forces.residual(at))
+        self.forces.time = now
+        return (ends[1] - ends[0]) / (2.0 * step)
+
+    def _tried(
+        self,
+        begin: float,
+        start: Configuration,
+        tangent: np.ndarray,
+        ahead: float,
+        see: Callable[[int, float], None],
+    ) -> tuple[Equilibrium, float]:
+        """Return the equilibrium at the present distance along the tangent, and its load time."""
+        newton, forces = self.newton, self.forces
+        first = tangent * (self._distance / float(np.linalg.norm(tangent)))
+        time = begin + ahead * self._distance / float(np.linalg.norm(tangent))
+        at, iterations = forces.moved(start, first), list[Iteration]()
+        if time > self.end:
+            forces.time = self.end
+            share_of_step = (self.end - begin) / (time - begin)
+            return newton.find(forces.moved(start, share_of_step * first), see), self.end
+        while True:
+            forces.time = time
+            residual, share = newton.unbalanced(at)
+            if share <= TIGHTER * newton.tolerance:
+                return Equilibrium(at, share, iterations), time
+            see(len(iterations), share)
+            if len(iterations) == MOST_ITERATIONS or not share < 1.0:
+                raise NoEquilibriumError(
+                    f"no equilibrium was found beyond t = {begin:.6g} s of the loads: the "
+                    f"unbalanced force is {share:.3g} of the internal forces"
+                )
+            balancing, krylov = newton.step(at, residual, share)
+            along, _ = newton.step(at, self._load_rate(at), share)
+            change = -float(first @ balancing) / float(first @ along)
+            step = balancing + change * along
+            if np.linalg.norm(step) > 4.0 * self._distance:
+                raise NoEquilibriumError(f"the path is lost beyond t = {begin:.6g} s of the loads")
+            at, time = forces.moved(at, step), time + change
+            iterations.append(Iteration(share, krylov, 1.0))
