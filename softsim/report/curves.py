@@ -147,7 +147,8 @@ def inflation_curves(history: History, units: Mapping[str, str]) -> list[PlotSer
     """Return curves of the air pressure [kPa] over displacement or radius probes [mm].
 
     Of each probe the component that moves most is taken, without vibration; probes at rest are
-    omitted. The result is empty unless there is one chamber whose pressure changes.
+    omitted. The part of a path of equilibria that is unstable is dashed. The result is empty unless
+    there is one chamber whose pressure changes.
     """
     air = single_pressure(history)
     if air is None or _range(air) == 0.0:
@@ -157,12 +158,30 @@ def inflation_curves(history: History, units: Mapping[str, str]) -> list[PlotSer
         probe = curve.name.rpartition(" ")[0] or curve.name  # a radius has no components
         if probe not in most or _range(curve.y) > _range(most[probe].y):
             most[probe] = curve
+    if "unstable_modes" in history:
+        is_unstable = history["unstable_modes"] > 0.0
+        return [part for c in most.values() for part in branches(c, air / 1e3, is_unstable)]
     pressure = thinned(history["time"], air / 1e3).mean
     return [
         PlotSeries(c.name, thinned(c.x, c.y).mean, pressure, c.colour, c.kind)
         for c in most.values()
         if _range(c.y) > 0.0
     ]
+
+
+def branches(curve: PlotSeries, over: np.ndarray, is_unstable: np.ndarray) -> list[PlotSeries]:
+    """Return a path as its stable parts, and its unstable ones dashed up to the next stable point.
+
+    over, is_unstable (n,): ordinate and stability of the points of the curve.
+    """
+    near = is_unstable.copy()
+    near[:-1] |= is_unstable[1:]
+    near[1:] |= is_unstable[:-1]
+    parts = [PlotSeries(curve.name, curve.y, np.where(is_unstable, np.nan, over), curve.colour)]
+    if is_unstable.any():
+        dashed = np.where(near, over, np.nan)
+        parts.append(PlotSeries(f"{curve.name}, unstable", curve.y, dashed, curve.colour, "--"))
+    return parts
 
 
 def _range(values: np.ndarray) -> float:

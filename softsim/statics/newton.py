@@ -2,7 +2,7 @@
 
 Each iteration solves K dq = R by GMRES. The product K v is exact: a central difference of R along
 v, with everything that exerts force. The factors of an assembled tangent precondition it; they are
-renewed when GMRES needs more than STALE iterations (modified Newton without its slow convergence).
+renewed when GMRES takes long (modified Newton without its slow convergence).
 A line search halves dq until |R| falls.
 """
 
@@ -19,10 +19,11 @@ from softsim.statics.tangent import Factors, Stiffness, Tangent, named_motion
 MOST_ITERATIONS = 25
 """Newton iterations of a load step, after which it is repeated with half its length."""
 
-STALE = 12
-"""Iterations of GMRES after which the tangent is assembled and factored anew."""
+STALE = 0.25
+"""Products K v of a Newton step, over those that an assembly of the tangent costs, after which the
+tangent is assembled and factorised anew."""
 
-MOST_KRYLOV = 40
+MOST_KRYLOV = 60
 """Largest number of iterations of GMRES for a Newton step."""
 
 MOST_HALVINGS = 8
@@ -112,6 +113,13 @@ class Newton:
         reference = max(self.forces.inner_force(), self.mean_force, size)
         return residual, size / reference if size > 0.0 else 0.0
 
+    def step_length(self, at: Configuration) -> float:
+        """Return the length [m] of the Newton step at a trial state, with the last factors."""
+        residual, share = self.unbalanced(at)
+        if self.factors is None or not np.isfinite(share):
+            return float("inf") if not np.isfinite(share) else 0.0
+        return float(np.linalg.norm(self.factors.solve(residual)))
+
     def _refuse(self, share: float) -> None:
         raise NoEquilibriumError(
             f"no equilibrium was found at t = {self.forces.time:.6g} s: the unbalanced force is "
@@ -166,7 +174,8 @@ class Newton:
         if self.factors is None:
             self.renew(at)
         step, count, is_solved = self.solve(at, residual, accuracy)
-        if (count > STALE or not is_solved) and self._is_old(at):
+        is_stale = count > STALE * self.tangent.column_count or not is_solved
+        if is_stale and self._is_old(at):
             self.renew(at)
             step, count, is_solved = self.solve(at, residual, accuracy)
         return step, count
@@ -235,7 +244,7 @@ class LoadSteps:
         self.newton, self.forces = newton, newton.forces
         self.iterations: list[int] = []
         self._allowed = np.inf
-        self._last: tuple[float, np.ndarray] | None = None
+        self._last: list[tuple[float, np.ndarray]] = []
 
     def advance(
         self, until: float, see: Callable[[int, float], None] = lambda k, share: None
@@ -263,18 +272,31 @@ class LoadSteps:
                 self._allowed *= 2.0
             return found
 
+    def _best_guess(self, still: Configuration, step: float) -> Configuration:
+        """Return the guess from which Newton's first step is shortest.
+
+        still: free coordinates of the last equilibrium; further ones continue a line through the
+        last two, and a parabola through the last three.
+        """
+        guesses = [still]
+        if self._last:
+            duration, moved = self._last[-1]
+            line = moved * (step / duration)
+            guesses.append(self.forces.moved(still, line))
+            if len(self._last) == 2:
+                earlier, moved_before = self._last[0]
+                bend = moved / duration - moved_before / earlier
+                bend *= step * (step + duration) / (duration + earlier)
+                guesses.append(self.forces.moved(still, line + bend))
+        return min(guesses, key=self.newton.step_length)
+
     def _tried(self, begin: float, step: float, see: Callable[[int, float], None]) -> Equilibrium:
         forces = self.forces
         before = forces.start
-        guess = forces.steer(begin + step)
-        if self._last is not None:  # from the last two states, if that is closer
-            duration, moved = self._last
-            further = forces.moved(guess, moved * (step / duration))
-            if self.newton.unbalanced(further)[1] < self.newton.unbalanced(guess)[1]:
-                guess = further
+        guess = self._best_guess(forces.steer(begin + step), step)
         found = self.newton.find(guess, see)
         forces.accept(found.at, step)
-        self._last = step, forces.difference(before, found.at)
+        self._last = [*self._last[-1:], (step, forces.difference(before, found.at))]
         mean, count = self.newton.mean_force, len(self.iterations)
         self.newton.mean_force = (count * mean + forces.inner_force()) / (count + 1)
         return found

@@ -51,6 +51,11 @@ class Tangent:
         last = self.colour.max(initial=-1)
         self.starts = np.searchsorted(self.colour[self.columns], np.arange(last + 2))
 
+    @property
+    def column_count(self) -> int:
+        """Number of differences of forces that an assembly takes."""
+        return (len(self.starts) - 1) * self.model.dimension
+
     def at(self, where: Configuration) -> "Stiffness":
         """Return the tangent stiffness at a configuration."""
         forces = self.forces
