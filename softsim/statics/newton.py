@@ -19,11 +19,11 @@ from softsim.statics.tangent import Factors, Stiffness, Tangent, named_motion
 MOST_ITERATIONS = 25
 """Newton iterations of a load step, after which it is repeated with half its length."""
 
-STALE = 0.25
+STALE = 0.4
 """Products K v of a Newton step, over those that an assembly of the tangent costs, after which the
 tangent is assembled and factorised anew."""
 
-MOST_KRYLOV = 60
+MOST_KRYLOV = 120
 """Largest number of iterations of GMRES for a Newton step."""
 
 MOST_HALVINGS = 8
