@@ -15,7 +15,7 @@ forces [N]. With the pressure as an unknown, Newton's method follows the volume 
 pressure, which would be huge at a trial state.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -76,8 +76,7 @@ class StaticForces:
         solver.relax_branches(0)
         solver.time_increments[0] = LONG
         self.time = float(solver.load_times[0])
-        for term in self.chambers.values():
-            fields.write(term.is_held, 1)
+        self._hold(1)
         self._accepted = self._base = solver.state()
         self.start = self.configuration()
 
@@ -198,7 +197,7 @@ class StaticForces:
 
     def _compute(self) -> None:
         self.bodies.forget_loads()
-        span = Span(1, self.time - LONG, LONG, drift=0.0, kick=0.0)
+        span = Span(1, self.time, LONG, drift=0.0, kick=0.0, done=-1)  # which ends at that time
         self.solver.kernels.run([span])
 
     @cached_property
@@ -247,13 +246,20 @@ class StaticForces:
         """
         self._restore(self._base)
         self._put(at)
+        self._hold(0)  # the pressure is now that of the source at this volume, to round-off
         self._compute()
+        self._hold(1)
         self.solver.times[0] += duration
         self.solver.load_times[0] = self.time
         self.solver.increment_counts[0] += 1
         self.solver.begin_block()
         self._accepted = self._base = self.solver.state()
-        self.start = at
+        pressures = [fields.read(term.pressure)[0] for term in self.chambers.values()]
+        self.start = replace(at, pressures=np.array(pressures))
+
+    def _hold(self, is_held: int) -> None:
+        for term in self.chambers.values():
+            fields.write(term.is_held, is_held)
 
     def go_back(self) -> None:
         """Return to the accepted state."""

@@ -29,6 +29,19 @@ MOST_KRYLOV = 120
 MOST_HALVINGS = 8
 """Halvings of a Newton step in the line search."""
 
+LONGEST_DIFFERENCE, SHORTEST_DIFFERENCE = 0.1, 1e-4
+"""Largest displacement in a difference K v, over that of an assembled column: the first unless
+Newton's step is short.
+
+A node that is closer than this to the surface that it touches has the mean stiffness of both sides.
+"""
+
+OF_STEP = 0.01
+"""Largest displacement in a difference K v over that of Newton's step."""
+
+SLOW = 0.3
+"""Fall of the unbalanced force in an iteration, above which what is required is enough."""
+
 TIGHTER = 1e-3
 """Unbalanced force that is sought, over solver.equilibrium_tolerance, which is what is required."""
 
@@ -75,6 +88,9 @@ class Newton:
         self.factors: Factors | None = None
         self.factorisations = self.products = 0
         self.mean_force = 0.0
+        shortest = float(self.tangent.steps.min())
+        self._differences = SHORTEST_DIFFERENCE * shortest, LONGEST_DIFFERENCE * shortest
+        self._difference = self._differences[1]
 
     def find(
         self, guess: Configuration, see: Callable[[int, float], None] = lambda k, share: None
@@ -90,6 +106,8 @@ class Newton:
         residual, share = self.unbalanced(at)
         while share > TIGHTER * self.tolerance:
             see(len(iterations), share)
+            if len(iterations) == MOST_ITERATIONS and share <= self.tolerance:
+                break
             if len(iterations) == MOST_ITERATIONS or not np.isfinite(share):
                 self._refuse(share)
             step, krylov = self.step(at, residual, share)
@@ -102,8 +120,11 @@ class Newton:
                     break
                 self._refuse(share)
             assert found is not None
+            is_slow = found[2] > SLOW * share
             at, residual, share, fraction = found
             iterations.append(Iteration(share, krylov, fraction))
+            if is_slow and share <= self.tolerance:
+                break
         return Equilibrium(at, share, iterations)
 
     def unbalanced(self, at: Configuration) -> tuple[np.ndarray, float]:
@@ -162,7 +183,7 @@ class Newton:
         largest = float(np.abs(v).max())
         if largest == 0.0:
             return np.zeros_like(v)
-        step = float(self.tangent.steps.min()) / largest
+        step = self._difference / largest
         self.products += 1
         ends = [self.forces.residual(self.forces.moved(at, s * step * v)) for s in (-1.0, 1.0)]
         resisted: np.ndarray = (ends[0] - ends[1]) / (2.0 * step)
@@ -170,9 +191,23 @@ class Newton:
 
     def step(self, at: Configuration, residual: np.ndarray, share: float) -> tuple[np.ndarray, int]:
         """Return dq (size,) of K dq = R, and the iterations of GMRES that it took."""
-        accuracy = max(1e-6, min(1e-3, 0.1 * TIGHTER * self.tolerance / share))
+        # In proportion to the share: quadratic convergence, but no further than is asked for.
+        accuracy = max(1e-6, min(1e-3, share), 0.1 * TIGHTER * self.tolerance / share)
         if self.factors is None:
             self.renew(at)
+        assert self.factors is not None
+        length = OF_STEP * float(np.abs(self.factors.solve(residual)).max())
+        shortest, longest = self._differences
+        self._difference = min(max(length, shortest), longest)
+        try:
+            return self._solved(at, residual, accuracy)
+        finally:
+            self._difference = longest
+
+    def _solved(
+        self, at: Configuration, residual: np.ndarray, accuracy: float
+    ) -> tuple[np.ndarray, int]:
+        """Return dq as `step`, with factors that are renewed if they are stale."""
         step, count, is_solved = self.solve(at, residual, accuracy)
         is_stale = count > STALE * self.tangent.column_count or not is_solved
         if is_stale and self._is_old(at):

@@ -225,8 +225,11 @@ class Factors:
 
     def __init__(self, stiffness: Stiffness) -> None:
         self.stiffness = stiffness
+        # A piece that nothing holds is singular: the correction below needs a little stiffness.
+        is_loose = np.any(stiffness.loose != 0.0, axis=0)
+        shift = sp.diags(np.where(is_loose, SHIFT * stiffness.hold, 0.0))
         self.lu = splu(
-            stiffness.matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01,
+            (stiffness.matrix + shift).tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01,
             options={"SymmetricMode": True},
         )  # fmt: skip
         self.vectors = G = np.concatenate([stiffness.vectors, stiffness.loose])
@@ -249,22 +252,30 @@ class Factors:
         return int((self.lu.U.diagonal() < 0.0).sum())
 
 
+SHIFT = 1e-9
+"""Stiffness that factors add to each coordinate of a loose piece, over the mean of the diagonal."""
+
+ROUND_OFF = 1e-8
+"""Entry of the stiffness over the mean of the diagonal, below which it couples nothing."""
+
 RIGID = 1e-7
 """Stiffness of a rigid motion over the mean of the diagonal, below which it is round-off."""
 
 
 def loose_motions(forces: StaticForces, where: Configuration, stiffness: Stiffness) -> np.ndarray:
     """Return orthonormal rigid motions (r, size) of connected pieces that nothing resists."""
-    count, piece = connected_components(stiffness.matrix, directed=False)
+    mean = float(abs(stiffness.matrix.diagonal()).mean())
+    links = abs(stiffness.matrix) > ROUND_OFF * mean
+    count, piece = connected_components(links, directed=False)
     tried = rigid_motions(forces, where)
     motions = [np.where(piece == p, z, 0.0) for p in range(count) for z in tried]
     motions = [z for z in motions if np.abs(z).max() > 0.0]
-    basis, _ = np.linalg.qr(np.array(motions).reshape(-1, forces.size).T)
-    resisted = np.array([stiffness.times(z) for z in basis.T]).reshape(-1, forces.size)
-    # Not z K z, which a stiffness of another sign elsewhere could cancel.
-    squares, turned = np.linalg.eigh(resisted @ resisted.T)
-    mean = float(abs(stiffness.matrix.diagonal()).mean())
-    return (basis @ turned[:, squares < (RIGID * mean) ** 2]).T
+    _, sizes, basis = np.linalg.svd(np.array(motions).reshape(-1, forces.size), full_matrices=False)
+    basis = basis[sizes > 1e-6 * sizes.max(initial=0.0)]
+    resisted = np.array([stiffness.times(z) for z in basis]).reshape(-1, forces.size)
+    # Not by z K z, which stiffness of the other sign elsewhere could cancel.
+    left, forces_of, _ = np.linalg.svd(resisted, full_matrices=False)
+    return np.asarray(left[:, forces_of < RIGID * mean].T @ basis)
 
 
 def rigid_motions(forces: StaticForces, where: Configuration) -> np.ndarray:
