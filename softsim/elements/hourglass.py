@@ -177,9 +177,9 @@ class HourglassSprings:
     def __init__(self, points: MaterialPoints, count: int, scenarios: int, blocks: int) -> None:
         self.points, self.count, self.blocks = points, count, Number(blocks)
         self.lane = backend.lane_vector()
-        mu = points.material.law.initial_shear_modulus
-        branches = sum(b.shear_modulus for b in points.material.branches)
-        self.modulus = real_field(np.array([mu, mu + branches]))  # of the law, with all branches
+        mu = float(points.shear_modulus)
+        with_branches = mu + float(points.branch_sum)
+        self.modulus = real_field(np.array([mu, with_branches]))
         shape = (scenarios, blocks, count)
         self.amplitude, self.force = lane_field(shape), lane_field(shape)
         if points.branch_count:

@@ -102,7 +102,10 @@ class MaterialPoints:
     def __init__(
         self, material: Material, metric: Any, rest_edges: np.ndarray, scenarios: int
     ) -> None:
-        self.material, self.metric = material, metric
+        # Not the material itself: kernels serve all of its values (compute/term.py).
+        self.metric, self.law = metric, type(material.law).__name__
+        self.branch_sum = np.array(sum(b.shear_modulus for b in material.branches))
+        self.shear_modulus = np.array(material.law.initial_shear_modulus)
         blocks = backend.lane_blocks(len(rest_edges))
         identity = metric.identity(rest_edges)
         self.elastic = isochoric(material.law, metric)

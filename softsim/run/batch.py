@@ -56,9 +56,13 @@ class ReusedSolver:
 
     That saves the start of Taichi and the tracing and loading of kernels. Results have the same
     bits as those of a new solver. The batch before must have ended.
+
+    only_numbers: the models are those of one scene of which only numbers vary, such as material
+    constants and dimensions; they share a solver as long as their meshes have the same elements.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, only_numbers: bool = False) -> None:
+        self.only_numbers = only_numbers
         self._last: tuple[Choice, backend.Device, ExplicitSolver, EnergyReader] | None = None
 
     def __call__(self, models: list[Model], choice: Choice) -> tuple[ExplicitSolver, EnergyReader]:
@@ -66,7 +70,10 @@ class ReusedSolver:
         if self._last is not None:
             chosen, device, solver, reader = self._last
             is_there = chosen == choice and backend.device() is device
-            if is_there and solver.take_models(models):
+            if is_there and (
+                solver.take_models(models)
+                or (self.only_numbers and solver.take_variation(models[0]))
+            ):
                 return solver, reader
         self._last = None
         solver, reader = new_solver(models, choice)

@@ -7,6 +7,8 @@ is the half-step velocity minus half a kick.
 solver/increments.py distributes the work of an increment over threads.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -148,6 +150,38 @@ class ExplicitSolver:
         first = self.models[0]
         if len(models) != self.scenarios or not all(map(first.can_share, models)):
             return False
+        return self._refill(models)
+
+    def take_variation(self, model: Model) -> bool:
+        """Replace the only model by one of the same scene with other numbers, as `take_models`.
+
+        Material constants, dimensions of the same mesh and loads may differ.
+        """
+        return self.scenarios == 1 and self._refill([model])
+
+    @contextmanager
+    def lent(self) -> Iterator[None]:
+        """Return to the present model and state at the end of the block.
+
+        The block may take variations of the model.
+        """
+        clocks = ("time_increments", "increment_counts", "block_starts", "done_in_block")
+        kept = {name: getattr(self, name).copy() for name in clocks}
+        times, load_times = self.times, self.load_times  # often one array
+        before = times.copy(), load_times.copy()
+        models, terms, state = self.models, self.terms, self.state()
+        try:
+            yield
+        finally:
+            self._refill(models)
+            self.models, self.terms = models, terms  # what refers to these terms stays valid
+            self.restore(state, 0.0, 0, float(kept["time_increments"][0]))
+            for name, values in kept.items():
+                setattr(self, name, values)
+            self.times, self.load_times = times, load_times
+            times[:], load_times[:] = before
+
+    def _refill(self, models: list[Model]) -> bool:
         try:
             with fields.refilled(self._made, self._made_by_terms):
                 terms = Terms(models)
