@@ -10,6 +10,7 @@ import yaml
 from pydantic import TypeAdapter
 
 from softsim.builder.names import Names, close_names
+from softsim.elements.geometry import Region
 from softsim.errors import MaterialError
 from softsim.materials.fitting import first_unstable_I1
 from softsim.materials.laws import LAWS
@@ -27,6 +28,7 @@ from softsim.materials.maxwell import (
     fractional,
     measured,
 )
+from softsim.model import Model
 from softsim.scene import materials as scene_materials
 from softsim.scene.loading import LoadedScene
 from softsim.scene.schema import Scene
@@ -124,18 +126,45 @@ def material(names: Names, named_at: Keys) -> Material:
 
     Under a static procedure it has no Maxwell branches, which have relaxed.
     """
-    name = named_materials(names.scene)[named_at]
-    known = materials_of(names.loaded)
+    built = viscoelastic_material(names.loaded, named_at)
+    is_static = names.scene.time.procedure == "static"
+    return dataclasses.replace(built, branches=(), spectrum_error=None) if is_static else built
+
+
+def with_branches(loaded: LoadedScene, model: Model) -> Model:
+    """Return the model of a static scene with the Maxwell branches of its materials."""
+    named = named_materials(loaded.scene)
+
+    def of(region: Region) -> Material:
+        own: Keys = ("bodies", region.body, "regions", region.cell_set or "", "material")
+        return viscoelastic_material(
+            loaded, own if own in named else ("bodies", region.body, "material")
+        )
+
+    bodies = tuple(
+        dataclasses.replace(
+            body,
+            regions=tuple(dataclasses.replace(r, material=of(r)) for r in body.regions),
+        )
+        for body in model.bodies
+    )
+    return dataclasses.replace(model, bodies=bodies)
+
+
+def viscoelastic_material(loaded: LoadedScene, named_at: Keys) -> Material:
+    """Return the material that a scene names at these keys, with its Maxwell branches."""
+    name = named_materials(loaded.scene)[named_at]
+    known = materials_of(loaded)
     if name not in known:
         choice = list(dict.fromkeys([*known, *library_names()]))
-        raise names.loaded.error(
+        raise loaded.error(
             named_at,
             f"there is no material '{name}'",
             close_names(name, choice, "materials"),
         )
     keys, data = known[name]
     law = LAWS[data.law](*data.constants)
-    refuse_unstable_law(names.loaded, name, data, keys)
+    refuse_unstable_law(loaded, name, data, keys)
     mu0 = law.initial_shear_modulus
     if data.bulk_modulus is not None:
         kappa = data.bulk_modulus
@@ -148,13 +177,11 @@ def material(names: Names, named_at: Keys) -> Material:
     try:
         series, fit = viscoelasticity(data)
     except MaterialError as error:
-        raise names.loaded.error((*keys, "spectrum"), error.message, error.hint) from None
-    built = Material(
+        raise loaded.error((*keys, "spectrum"), error.message, error.hint) from None
+    return Material(
         name, law, kappa, data.density, series.branches(mu0), data.strain_range,
         None if fit is None else fit.largest_error,
     )  # fmt: skip
-    is_static = names.scene.time.procedure == "static"
-    return dataclasses.replace(built, branches=(), spectrum_error=None) if is_static else built
 
 
 def refuse_unstable_law(

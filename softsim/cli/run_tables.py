@@ -23,6 +23,7 @@ from softsim.run.pilot import Duration
 from softsim.scene.loading import LoadedScene
 from softsim.solver.natural_modes import NaturalMode, NaturalModes
 from softsim.solver.stable_step import StableStepEstimator, estimator, first_time_increment
+from softsim.statics.modes import LoadedMode, LoadedModes
 
 
 def summary_table(summary: Mapping[str, Any], units: Mapping[str, str]) -> Table:
@@ -163,11 +164,13 @@ def modes_table(found: NaturalModes) -> Table:
     """Return the table of modes: frequencies, effective mass and place of the largest motion.
 
     For viscoelastic materials it has the frequencies of the static and of the dynamic
-    stiffness.
+    stiffness, and about an equilibrium the damping ratios.
     """
     body = found.body
     viscoelastic = any(region.material.branches for region in body.regions)
     by_law = ["static\nHz", "stiffness\nratio", "dynamic\nHz"]
+    if isinstance(found, LoadedModes):
+        by_law.append("damping\nratio %")
     table = Table("mode", box=None)
     shares = f"effective mass\n{' '.join('xyz'[: body.points.shape[1]])} %"
     for heading in [*(by_law if viscoelastic else ["frequency\nHz"]), shares]:
@@ -176,6 +179,8 @@ def modes_table(found: NaturalModes) -> Table:
     table.add_column("set")
     for number, mode in enumerate(found.modes, start=1):
         stiffened = [f"{mode.stiffening:.2f}", f"{mode.dynamic_frequency:.4g}"]
+        if isinstance(mode, LoadedMode):
+            stiffened.append(f"{100.0 * mode.damping_ratio:.3g}")
         frequencies = [f"{mode.frequency:.4g}", *(stiffened if viscoelastic else [])]
         shares = " ".join(f"{100.0 * share:.0f}" for share in mode.mass_shares)
         table.add_row(str(number), *frequencies, shares, *_most_moved(body, mode))

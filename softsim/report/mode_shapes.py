@@ -23,8 +23,10 @@ The displacement is a fraction of the longest side of the body; the smaller ampl
 AT_REST = ScalarMappable(Normalize(0.0, 1.0), ListedColormap([WALL]))
 
 
-def draw_modes(found: Sequence[NaturalModes], path: Path) -> None:
+def draw_modes(found: Sequence[NaturalModes], path: Path, grey: str = "at rest") -> None:
     """Draw the modes of bodies, coloured by displacement; the body at rest is grey.
+
+    grey: state of the grey body in words.
 
     Raises OutputError if the file cannot be written.
     """
@@ -34,7 +36,7 @@ def draw_modes(found: Sequence[NaturalModes], path: Path) -> None:
     with drawing(path, sum(heights)) as figure:
         parts = figure.subfigures(len(found), 1, squeeze=False, height_ratios=heights)[:, 0]
         for part, modes, body, grid in zip(parts, found, shown, grids, strict=True):
-            _draw_body(part, modes, body, grid)
+            _draw_body(part, modes, body, grid, grey)
 
 
 def frames_of(found: NaturalModes) -> Frames:
@@ -58,8 +60,10 @@ def amplitude(found: NaturalModes, mode: NaturalMode) -> float:
     return min(STEEPEST / steepest, FARTHEST * length)
 
 
-def _draw_body(part: SubFigure, found: NaturalModes, body: Pictures, grid: Arrangement) -> None:
-    part.suptitle(f"body '{found.body.name}' (grey: at rest)", fontsize=9.0)
+def _draw_body(
+    part: SubFigure, found: NaturalModes, body: Pictures, grid: Arrangement, grey: str
+) -> None:
+    part.suptitle(f"body '{found.body.name}' (grey: {grey})", fontsize=9.0)
     panels = part.subplots(grid.rows, grid.columns, sharex=True, sharey=True, squeeze=False)
     count = len(found.modes)
     for axes in panels.flat[count:]:

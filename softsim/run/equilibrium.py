@@ -1,0 +1,278 @@
+"""Equilibria of a scene for what is computed about them: modes, harmonic response.
+
+Any scene, also one of a dynamic procedure, is loaded statically by Newton's method: its motors are
+left out, and so is what ends a run. The model has its Maxwell branches, which a static run lacks.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softsim.builder.materials import with_branches
+from softsim.compute.machine import Choice
+from softsim.errors import ModesError, Option, OutputError, SceneError, StabilityError
+from softsim.model import Model
+from softsim.output.folder import CHECKPOINT, SCENE, read_checkpoint, read_summary
+from softsim.run.batch import Batch
+from softsim.run.record import MemoryRecord, Progress
+from softsim.run.scenes import ready_model
+from softsim.run.statics import ADVICE, StaticRun
+from softsim.scene.loading import LoadedScene, load_scene, read_scene, validated
+from softsim.scene.loads import EccentricMass, OverTime, SinusoidalForce
+from softsim.scene.outputs import Expect
+from softsim.scene.reporting import did_you_mean
+from softsim.solver.explicit import ExplicitSolver
+from softsim.solver.stable_step import first_time_increment
+from softsim.statics.forces import StaticForces
+from softsim.statics.modes import Friction, SmallVibrations
+from softsim.statics.newton import LoadSteps, Newton, NoEquilibriumError
+from softsim.statics.tangent import shortest_edges
+from softsim.units import QUANTITY
+
+LEAST_STEPS = 20
+"""Number of load steps up to the last load, at least: friction depends on the path."""
+
+LEAST_STRAIN = 1e-4
+"""Strain of an element whose forces are the least to which unbalanced forces are compared."""
+
+SETTLED = 0.1
+"""Fraction of the load time after which all loads but the one of interest are complete."""
+
+
+@dataclass(frozen=True)
+class LoadRange:
+    """Load of a scene that rises from zero to `high`; of interest are values from `low` on.
+
+    Both are in `unit` as written, "" without one. origin: option that gives it.
+    """
+
+    name: str
+    low: float
+    high: float
+    unit: str
+    origin: Option
+
+    @classmethod
+    def read(cls, text: str, option: str) -> "LoadRange":
+        """Return the range in a text: "air=0..23 kPa", or "air=18 kPa", whose low is its high.
+
+        Raises SceneError.
+        """
+        at = Option(f"{option} {text}")
+        name, equals, values = (part.strip() for part in text.partition("="))
+        low, dots, high = (part.strip() for part in values.partition(".."))
+        first, last = QUANTITY.fullmatch(low), QUANTITY.fullmatch(high if dots else low)
+        if not (equals and name and first and last):
+            raise SceneError(
+                f"'{text}' is not a load with its value",
+                "write air='18 kPa' or air='0..23 kPa'",
+                at,
+            )
+        start, end, unit = float(first["number"]), float(last["number"]), last["unit"]
+        if first["unit"] not in ("", unit):
+            raise SceneError(f"'{values}' has two units", f"write both values in {unit}", at)
+        if end == 0.0 or not 0.0 <= start / end <= 1.0:
+            raise SceneError(
+                f"'{values}' does not lead away from zero",
+                "a load is applied from zero on: write the value nearer to zero first", at,
+            )  # fmt: skip
+        return cls(name, start, end, unit, at)
+
+    def values(self, count: int) -> np.ndarray:
+        """Return evenly spaced values (count,) from `low` to `high`."""
+        return np.linspace(self.low, self.high, count)
+
+    def fraction_of_time(self, value: float) -> float:
+        """Return the fraction of the load time at which a load that is varied has a value."""
+        return SETTLED + (1.0 - SETTLED) * value / self.high
+
+    def shown(self, value: float) -> str:
+        """Return a value of the load as text."""
+        return f"{value:.5g} {self.unit}".rstrip()
+
+
+def scene_with_loads(
+    path: Path,
+    overrides: Sequence[str],
+    loads: Sequence[LoadRange] = (),
+    over: LoadRange | None = None,
+    at: str | None = None,
+) -> LoadedScene:
+    """Return a scene in which these loads rise in proportion to time, up to `high` at the end.
+
+    Gravity without a profile rises within the first SETTLED of the time. over: load that is varied;
+    it rises after the others, see `LoadRange.fraction_of_time`. at: text of the time that is the
+    end, such as "0.2 s", or None.
+
+    Raises SceneError.
+    """
+    ending = [] if at is None else [f"time.end={at}"]
+    loaded = load_scene(path, [*overrides, *ending])
+    more = []
+    environment = loaded.scene.environment
+    if environment.gravity_profile is None and np.any(environment.gravity):
+        duration = SETTLED * loaded.scene.time.end
+        more.append(
+            f"environment.gravity_profile={{kind: ramp, value: 1, duration: {duration!r} s}}"
+        )
+    for load in [*loads, *([over] if over else [])]:
+        spec, key = _profile_of(loaded, load)
+        end = loaded.scene.time.end
+        high = f"{load.high!r} {load.unit}"
+        profile = f"{{kind: ramp, value: {high}, duration: {(SETTLED if over else 1.0) * end!r} s}}"
+        if load is over:
+            zero, begin = f"0 {load.unit}", f"{SETTLED * end!r} s"
+            points = f"[[0 s, {zero}], [{begin}, {zero}], [{end!r} s, {high}]]"
+            profile = f"{{kind: table, points: {points}}}"
+        more.append(f"loads.{load.name}.{key}={profile}")
+        if getattr(spec, "ramp", 0.0) != 0.0:
+            more.append(f"loads.{load.name}.ramp=0 s")
+    return load_scene(path, [*overrides, *ending, *more]) if more else loaded
+
+
+def _profile_of(loaded: LoadedScene, load: LoadRange) -> tuple[Any, str]:
+    """Return a load of a scene and the key of its profile. Raises SceneError if there is none."""
+    known, name = loaded.scene.loads, load.name
+    if name not in known:
+        hint = did_you_mean(name, list(known)) if known else "the scene has no loads"
+        raise SceneError(f"there is no load '{name}'", hint, load.origin)
+    spec = known[name]
+    keys = ("pull_profile", "tension_profile", "profile")
+    given = [key for key in keys if getattr(spec, key, None) is not None]
+    if not given and not isinstance(spec, OverTime):
+        raise SceneError(f"'{name}' has no profile, so it has no value", "", load.origin)
+    return spec, given[0] if given else "profile"
+
+
+def scene_of_run(folder: Path) -> LoadedScene:
+    """Return the scene of a run folder, as it was run. Raises SceneError, OutputError."""
+    file = folder / SCENE
+    if not file.is_file():
+        raise OutputError(f"{folder} is not a run folder: it has no {SCENE}", "give a scene or one")
+    path = Path(read_summary(folder).get("scene", file))
+    return validated(read_scene(file), path, [])
+
+
+def static(loaded: LoadedScene) -> LoadedScene:
+    """Return a scene loaded statically by Newton's method, without motors and what ends a run."""
+    scene = loaded.scene
+    time = scene.time.model_copy(
+        update={
+            "procedure": "static", "method": "newton", "settle": None, "until": None,
+            "cycles": None, "reach": None,
+        }
+    )  # fmt: skip
+    vibrating = EccentricMass | SinusoidalForce
+    loads = {name: load for name, load in scene.loads.items() if not isinstance(load, vibrating)}
+    update = {
+        "time": time, "loads": loads, "layout": None, "crossing": None, "expect": Expect(),
+    }  # fmt: skip
+    return replace(loaded, scene=scene.model_copy(update=update))
+
+
+def motor_frequencies(loaded: LoadedScene) -> dict[str, float]:
+    """Return the frequency [Hz] of each motor of a scene, by the name of the load."""
+    return {
+        name: load.frequency
+        for name, load in loaded.scene.loads.items()
+        if isinstance(load, EccentricMass | SinusoidalForce)
+    }
+
+
+class Preloaded:
+    """Equilibria of a scene over its load time.
+
+    model: of the static run that finds them.
+
+    Raises SceneError, MeshError, DeviceError: the scene cannot be loaded.
+    """
+
+    def __init__(self, loaded: LoadedScene, choice: Choice) -> None:
+        self.loaded = static(loaded)
+        self.model: Model = ready_model(self.loaded, choice)
+        self._viscoelastic = with_branches(loaded, self.model)
+        [run] = Batch([MemoryRecord(self.loaded, self.model)], choice, [()]).runs
+        assert isinstance(run, StaticRun)
+        self._solver, self._newton, self._steps = run.scenario.solver, run.newton, run.steps
+        self._least_force = least_force(self.model)
+
+    @property
+    def time(self) -> float:
+        """Load time [s] of the last equilibrium."""
+        return self._newton.forces.time
+
+    @property
+    def end(self) -> float:
+        """Load time [s] at the end of the scene."""
+        return self.model.end_time
+
+    def reach(self, time: float) -> None:
+        """Find the equilibrium at a load time [s]. Raises StabilityError if there is none."""
+        longest = self.end / LEAST_STEPS
+        while self.time < time * (1.0 - 1e-12):
+            left = time - self.time
+            step = left / max(1.0, np.ceil(left / longest - 1e-9))
+            self._newton.mean_force = max(self._newton.mean_force, self._least_force)
+            try:
+                with np.errstate(over="ignore", invalid="ignore"):
+                    self._steps.advance(self.time + step)
+            except NoEquilibriumError as error:
+                raise StabilityError(
+                    f"{error}; the last equilibrium is at t = {self.time:.6g} s of "
+                    f"{self.end:.6g} s",
+                    ADVICE,
+                ) from None
+
+    def take_up(self, folder: Path) -> None:
+        """Continue from the checkpoint of a static run of the scene, and balance it.
+
+        Raises OutputError if there is none; ModesError if the run was dynamic; StabilityError if no
+        equilibrium is near.
+        """
+        checkpoint = read_checkpoint(folder / CHECKPOINT)
+        self._solver.take_over(checkpoint.state, Progress.written(checkpoint.progress).time)
+        forces = StaticForces(self._solver)
+        self._newton = Newton(forces, self._newton.tolerance)
+        self._newton.mean_force = self._least_force
+        forces.accept(self._newton.find(forces.start).at)
+        self._steps = LoadSteps(self._newton)
+
+    @cached_property
+    def _vibrating(self) -> ExplicitSolver:
+        """Solver of the model with its Maxwell branches.
+
+        The static run has none: a trial state that inverts an element would spoil their strain.
+        """
+        solver = ExplicitSolver([self._viscoelastic])
+        solver.compile()
+        solver.begin(first_time_increment(self._viscoelastic))
+        return solver
+
+    def vibrations(self, friction: Friction) -> SmallVibrations:
+        """Return the small vibrations about the last equilibrium. Raises ModesError."""
+        solver = self._vibrating
+        solver.take_over(self._solver.state(), self.time)
+        return SmallVibrations(StaticForces(solver), friction)
+
+
+def least_force(model: Model) -> float:
+    """Return the force [N] that strains a single element by LEAST_STRAIN.
+
+    Without any load, forces are round-off, which cannot balance to a fraction of itself.
+    """
+    shear = max(region.material.law.initial_shear_modulus for region in model.regions)
+    volumes = np.concatenate([region.volumes for region in model.regions])
+    return float(LEAST_STRAIN * shear * np.median(volumes) / shortest_edges(model).min())
+
+
+def refuse_dynamic(loaded: LoadedScene, folder: Path) -> None:
+    """Raise ModesError unless the scene of a run folder is static."""
+    if loaded.scene.time.procedure == "dynamic":
+        raise ModesError(
+            f"the run in {folder} is dynamic, so it does not end in an equilibrium",
+            hint="give the scene instead, or run it with --set time.procedure=static",
+        )
