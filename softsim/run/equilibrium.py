@@ -16,7 +16,8 @@ from softsim.builder.materials import with_branches
 from softsim.compute.machine import Choice
 from softsim.errors import ModesError, Option, OutputError, SceneError, StabilityError
 from softsim.model import Model
-from softsim.output.folder import CHECKPOINT, SCENE, read_checkpoint, read_summary
+from softsim.output.folder import CHECKPOINT, HISTORY, SCENE, read_checkpoint, read_summary
+from softsim.output.history import read_history
 from softsim.run.batch import Batch
 from softsim.run.record import MemoryRecord, Progress
 from softsim.run.scenes import ready_model
@@ -162,8 +163,8 @@ def static(loaded: LoadedScene) -> LoadedScene:
     scene = loaded.scene
     time = scene.time.model_copy(
         update={
-            "procedure": "static", "method": "newton", "settle": None, "until": None,
-            "cycles": None, "reach": None,
+            "procedure": "static", "method": "newton", "control": "load", "settle": None,
+            "until": None, "cycles": None, "reach": None,
         }
     )  # fmt: skip
     vibrating = EccentricMass | SinusoidalForce
@@ -233,12 +234,14 @@ class Preloaded:
         Raises OutputError if there is none; ModesError if the run was dynamic; StabilityError if no
         equilibrium is near.
         """
-        checkpoint = read_checkpoint(folder / CHECKPOINT)
-        self._solver.take_over(checkpoint.state, Progress.written(checkpoint.progress).time)
+        checkpoint, history = read_checkpoint(folder / CHECKPOINT), read_history(folder / HISTORY)
+        time = Progress.written(checkpoint.progress).time
+        along_path = history.get("load_time")  # of a run by arc length, whose clock is another one
+        self._solver.take_over(checkpoint.state, time if along_path is None else along_path[-1])
         forces = StaticForces(self._solver)
         self._newton = Newton(forces, self._newton.tolerance)
         self._newton.mean_force = self._least_force
-        forces.accept(self._newton.find(forces.start).at)
+        forces.accept(self._newton.find(forces.start).at, 0.0)
         self._steps = LoadSteps(self._newton)
 
     @cached_property
