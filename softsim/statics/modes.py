@@ -296,9 +296,8 @@ class SmallVibrations:
     @contextmanager
     def frozen(self, elements: Any) -> Iterator[None]:
         """Keep the viscous strain that elements have at the equilibrium within the block."""
-        times = [branch.relaxation_time for branch in elements.points.material.branches]
         self.forces.residual(self.at)
-        elements.set_time_increment(0, FROZEN * min(times))
+        elements.set_time_increment(0, FROZEN * float(min(elements.points.relaxation.times)))
         try:
             yield
         finally:
@@ -323,9 +322,8 @@ class SmallVibrations:
         """Return g_b (terms,) [-]: the modulus of the branches of each term over the sudden one."""
         found = []
         for elements in self.viscous:
-            branches = elements.points.material.branches
-            moduli = np.array([branch.shear_modulus for branch in branches])
-            times = np.array([branch.relaxation_time for branch in branches])
+            moduli = fields.read(elements.points.branch_modulus)
+            times = np.asarray(elements.points.relaxation.times)
             found.append(branch_moduli(np.array([frequency]), times)[0] @ moduli / moduli.sum())
         return np.array(found, dtype=complex)
 
