@@ -9,7 +9,7 @@ They change only when a state is accepted.
 Free coordinates q are the free components of nodes, the free translations and rotations of rigid
 bodies, and the pressures of chambers whose source asks for their volume. A rotation [rad] is
 multiplied by the radius of gyration of its body, and a torque is divided by it. A pressure is
-divided by a modulus per length P; its residual is P (p_s - p) / c, where p_s is the pressure of the
+divided by P = G / L (`scales`); its residual is P (p_s - p) / c, where p_s is the pressure of the
 source at this volume and c = -dp_s/dV. All coordinates are thus lengths [m] and all residuals
 forces [N]. With the pressure as an unknown, Newton's method follows the volume of a liquid, not its
 pressure, which would be huge at a trial state.
@@ -27,11 +27,11 @@ from softsim.model import Model
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.increments import Span
 
-LONG = 1e3
+LONG = 1e6
 """Duration [s] of the increment that makes a trial state of the accepted one.
 
 Dashpots of contact and bulk viscosity act over microseconds: over this time their forces are below
-1e-8 of those of the springs.
+1e-11 of those of the springs.
 """
 
 RECOMPUTED = ("work", "pressure", "volume")
@@ -70,7 +70,8 @@ class StaticForces:
         self.chambers = {load: solver.scenario(0).term_of(load) for load in asking}
         free = (self.is_free, self.free_moves, self.free_turns)
         self.counts = [*(int(mask.sum()) for mask in free), len(asking)]
-        self.pressure_scale = pressure_scale(self.model)
+        shear, side = scales(self.model)
+        self.pressure_scale, self.force_scale = shear / side, shear * side**2
         self.arms = fields.read(self.bodies.arm).reshape(-1, d)  # one more if there is none
         self.tied = [np.asarray(body.tied, dtype=int) for body in self.model.rigid_bodies]
         solver.relax_branches(0)
@@ -273,7 +274,7 @@ class StaticForces:
             fields.write(field, state[name])
 
 
-def pressure_scale(model: Model) -> float:
-    """Return P [Pa/m]: the largest shear modulus over the shortest side of all bodies."""
+def scales(model: Model) -> tuple[float, float]:
+    """Return the largest shear modulus G and the shortest side L of all bodies [Pa, m]."""
     shear = max(r.material.law.initial_shear_modulus for r in model.regions)
-    return float(shear / min(np.ptp(body.points, axis=0).min() for body in model.bodies))
+    return float(shear), float(min(np.ptp(body.points, axis=0).min() for body in model.bodies))

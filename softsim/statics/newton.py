@@ -39,6 +39,9 @@ A node that is closer than this to the surface that it touches has the mean stif
 OF_STEP = 0.01
 """Largest displacement in a difference K v over that of Newton's step."""
 
+UNNOTICED = 1e-6
+"""Strain of a body whose internal forces are the least with which unbalanced ones are compared."""
+
 SLOW = 0.3
 """Fall of the unbalanced force in an iteration, above which what is required is enough."""
 
@@ -78,7 +81,8 @@ class Newton:
     """Newton's method for the forces of a model.
 
     tolerance: allowed unbalanced over internal forces [-]. mean_force: mean of the internal forces
-    [N] of all equilibria so far, with which the unbalanced force of an unloaded body is compared.
+    [N] of all equilibria so far, with which the unbalanced force of an unloaded body is compared;
+    at least those of a strain UNNOTICED.
     factorisations, products: numbers of factorised tangents and of products K v so far.
     """
 
@@ -87,7 +91,7 @@ class Newton:
         self.tangent = Tangent(forces)
         self.factors: Factors | None = None
         self.factorisations = self.products = 0
-        self.mean_force = 0.0
+        self.mean_force = self.least_force = UNNOTICED * forces.force_scale
         shortest = float(self.tangent.steps.min())
         self._differences = SHORTEST_DIFFERENCE * shortest, LONGEST_DIFFERENCE * shortest
         self._difference = self._differences[1]
@@ -164,15 +168,14 @@ class Newton:
         """Raise StabilityError if a load acts along a rigid motion that nothing resists."""
         residual, _ = self.unbalanced(at)
         reference = max(self.forces.inner_force(), self.mean_force, float(np.linalg.norm(residual)))
-        for motion in stiffness.loose:
-            force = abs(float(motion @ residual))
-            if force > np.sqrt(self.tolerance) * reference:
-                raise StabilityError(
-                    f"nothing holds the model against {named_motion(self.forces, at, motion)}, and "
-                    f"a load acts along it, at t = {self.forces.time:.6g} s",
-                    "fix some nodes, let it begin in contact with what carries it, or let it fall "
-                    "into place by time.method: relaxation",
-                )
+        along = stiffness.loose.T @ (stiffness.loose @ residual)
+        if np.linalg.norm(along) > np.sqrt(self.tolerance) * reference:
+            raise StabilityError(
+                f"nothing holds the model against {named_motion(self.forces, at, along)}, and "
+                f"a load acts along it, at t = {self.forces.time:.6g} s",
+                "fix some nodes, let it begin in contact with what carries it, or let it fall "
+                "into place by time.method: relaxation",
+            )
 
     def _is_old(self, at: Configuration) -> bool:
         return self._factored_at is not at
@@ -333,5 +336,6 @@ class LoadSteps:
         forces.accept(found.at, step)
         self._last = [*self._last[-1:], (step, forces.difference(before, found.at))]
         mean, count = self.newton.mean_force, len(self.iterations)
-        self.newton.mean_force = (count * mean + forces.inner_force()) / (count + 1)
+        now = max(forces.inner_force(), self.newton.least_force)
+        self.newton.mean_force = (count * mean + now) / (count + 1)
         return found
