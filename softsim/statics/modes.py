@@ -449,7 +449,7 @@ def lines_of(found: Sequence[LoadedModes]) -> list[np.ndarray]:
         new = numbers < 0
         numbers[new] = count + np.arange(new.sum())
         count += int(new.sum())
-        last |= dict(zip(numbers.tolist(), motions, strict=True))
+        last = dict(zip(numbers.tolist(), motions, strict=True))
         lines.append(numbers)
     return lines
 
