@@ -153,11 +153,11 @@ class Newton:
 
     def renew(self, at: Configuration) -> None:
         """Assemble and factorise the tangent at a configuration."""
-        stiffness = self.tangent.at(at)
-        self._refuse_loose(at, stiffness)
         try:
+            stiffness = self.tangent.at(at)
+            self._refuse_loose(at, stiffness)
             self.factors = stiffness.factors()
-        except RuntimeError:  # of SuperLU: a pivot is exactly zero
+        except (RuntimeError, np.linalg.LinAlgError):  # a pivot is zero, or an entry not finite
             raise NoEquilibriumError(
                 f"the tangent stiffness is singular at t = {self.forces.time:.6g} s"
             ) from None
