@@ -56,6 +56,8 @@ class StaticForces:
     """Forces of a solver with one scenario at trial states.
 
     time: load time [s], at which loads and gravity are taken. start: the accepted configuration.
+    withheld (size,): forces [N] that are taken off the residual, while the loads of the start are
+    applied step by step.
     """
 
     def __init__(self, solver: ExplicitSolver) -> None:
@@ -80,6 +82,7 @@ class StaticForces:
         self._hold(1)
         self._accepted = self._base = solver.state()
         self.start = self.configuration()
+        self.withheld = np.zeros(self.size)
 
     def _of_bodies(self, field: ti.Field, width: int) -> np.ndarray:
         """Return a field of the rigid bodies as (b, width); a field without cells has one."""
@@ -162,7 +165,9 @@ class StaticForces:
             * (self.pressure_scale / load.source.stiffness(load.volume(self.start.x)))
             for load, term in self.chambers.items()
         ]
-        return np.concatenate([force[self.is_free], on_bodies, torques[self.free_turns], missing])
+        found = [force[self.is_free], on_bodies, torques[self.free_turns], missing]
+        unbalanced: np.ndarray = np.concatenate(found) - self.withheld
+        return unbalanced
 
     def inner_force(self) -> float:
         """Return the root sum of squares [N] of every single nodal force at the last trial state.

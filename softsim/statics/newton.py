@@ -268,6 +268,9 @@ class Newton:
 # -------------------------------------------------------------------------------------------------
 # Load steps: as long as the rows of the history allow, halved where Newton's method fails.
 
+ROUND_OFF = 0.1
+"""Share of unbalanced forces at the start below which they are round-off of an unloaded body."""
+
 SHORTEST_STEP = 2.0**-12
 """Shortest load step over the one that is asked for, below which the run stops."""
 
@@ -291,6 +294,8 @@ class LoadSteps:
 
         Raises NoEquilibriumError if there is none after the shortest step.
         """
+        if not self.iterations:
+            self._balance_start(see)
         begin = self.forces.time
         asked = until - begin
         while True:
@@ -309,6 +314,29 @@ class LoadSteps:
             if len(found.iterations) < MOST_ITERATIONS // 2:
                 self._allowed *= 2.0
             return found
+
+    def _balance_start(self, see: Callable[[int, float], None]) -> None:
+        """Apply the loads that act from the start on, such as the weight, step by step.
+
+        The unbalanced force of the start is withheld in part: R(q) - (1 - s) R_0 = 0, from s = 0
+        to 1.
+        """
+        forces, newton = self.forces, self.newton
+        unbalanced, share = newton.unbalanced(forces.start)
+        applied, step = 0.0, 1.0
+        while share > ROUND_OFF and applied < 1.0:
+            forces.withheld = (1.0 - min(1.0, applied + step)) * unbalanced
+            try:
+                found = newton.find(forces.start, see)
+            except NoEquilibriumError:
+                step *= 0.5
+                if step < SHORTEST_STEP:
+                    raise
+                continue
+            finally:
+                forces.withheld = np.zeros(forces.size)
+            forces.accept(found.at, 0.0)
+            applied, step = min(1.0, applied + step), 2.0 * step
 
     def _best_guess(self, still: Configuration, step: float) -> Configuration:
         """Return the guess from which Newton's first step is shortest.
