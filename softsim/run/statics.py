@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from softsim.errors import StabilityError
-from softsim.run.course import KERNEL, Run
+from softsim.run.course import INSPECTIONS, KERNEL, Run
 from softsim.solver.energy import Energies
 from softsim.solver.guards import refuse_broken_elements
 from softsim.statics.arc_length import ArcSteps
@@ -98,6 +98,25 @@ class StaticRun(Run):
                     "output.history_interval if you need the work"
                 }
             )
+
+    def finish(self) -> None:
+        """Warn if the last equilibrium is unstable, and set the outcome."""
+        with self.clock.spending_on(INSPECTIONS):
+            self.files.warn(self._instability())
+        super().finish()
+
+    def _instability(self) -> dict[str, str]:
+        self.newton.renew(self.forces.start)
+        assert self.newton.factors is not None
+        count = self.newton.factors.negative_pivots
+        if count <= 0:
+            return {}
+        modes = "one mode" if count == 1 else f"{count} modes"
+        return {
+            "unstable equilibrium": f"the equilibrium at the end is unstable in {modes}: Newton's "
+            "method follows such a path, a body leaves it; find a stable state by time.method: "
+            "relaxation, and the modes by `softsim modes`"
+        }
 
     def solution(self) -> dict[str, Any]:
         """Return what Newton's method needed, for the summary."""

@@ -83,7 +83,7 @@ class Tangent:
         ]
         found = Stiffness(
             matrix, np.array(vectors).reshape(-1, forces.size), np.array(stiffnesses),
-            np.zeros((0, forces.size)), 0.0,
+            np.zeros((0, forces.size)), 0.0, forces.counts[3],
         )  # fmt: skip
         loose = loose_motions(forces, where, found)
         return replace(found, loose=loose, hold=float(abs(matrix.diagonal()).mean()))
@@ -194,7 +194,7 @@ class Stiffness:
 
     vectors (k, size), stiffnesses (k,): g and c of the pulled cables. loose (r, size): orthonormal
     rigid motions without stiffness; factors resist them by `hold` [N/m], which changes nothing if
-    no load acts along them.
+    no load acts along them. pressure_count: pressures among the coordinates, the last ones.
     """
 
     matrix: sp.csr_matrix
@@ -202,6 +202,7 @@ class Stiffness:
     stiffnesses: np.ndarray
     loose: np.ndarray
     hold: float
+    pressure_count: int
 
     def times(self, v: np.ndarray) -> np.ndarray:
         """Return the product (size,) [N] with a displacement (size,) [m]."""
@@ -248,8 +249,14 @@ class Factors:
 
     @property
     def negative_pivots(self) -> int:
-        """Number of negative eigenvalues of a nearly symmetric K, by the signs of its pivots."""
-        return int((self.lu.U.diagonal() < 0.0).sum())
+        """Number of negative eigenvalues of a nearly symmetric K without its pressures.
+
+        It is counted by the signs of the pivots. With the sign of their rows changed, pressures
+        make K symmetric; each then adds a negative eigenvalue (Haynsworth's inertia formula).
+        """
+        pivots = self.lu.U.diagonal()[self.lu.perm_c]
+        others, pressures = np.split(pivots, [len(pivots) - self.stiffness.pressure_count])
+        return int((others < 0.0).sum()) - int((pressures < 0.0).sum())
 
 
 SHIFT = 1e-9
