@@ -46,7 +46,7 @@ def problems(path):
         ("plane_strain", "ring_section\n    rings: b\n    sector: 181 deg",
          "a.yaml:6:13: sector: 181 deg must be at most", "at most 180 deg"),
         ("  end", "  start: 0 s\n  end", "a.yaml:8:3: unknown key 'start' in time",
-         "allowed here: end, cycles, procedure, settle, until, reach, increment"),
+         "allowed here: end, cycles, procedure, method, control, settle, until, reach, increment"),
         ("time:", "solvr: {}\ntime:", "a.yaml:7:1: unknown key 'solvr'", "did you mean 'solver'?"),
         ("generator: block", "generator: blok", "a.yaml:3:23: generator: 'blok' is unknown here",
          "did you mean 'block'?"),
