@@ -179,6 +179,20 @@ COLLECTED: list[list] = []
 
 
 @pytest.fixture
+def equilibria(kernel_cache, monkeypatch, write_scene):
+    """Make the equilibria of a scene text, with loads as for `softsim modes`."""
+    from softsim.compute.machine import Choice
+    from softsim.run.equilibrium import Preloaded, scene_with_loads
+
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+
+    def made(text, *loads, over=None):
+        return Preloaded(scene_with_loads(write_scene(text), [], loads, over), Choice("cpu", 1))
+
+    return made
+
+
+@pytest.fixture
 def record_verification(request):
     """Record a comparison: case, exact and computed value, observed order of convergence or None.
 

@@ -13,7 +13,7 @@ from softsim.cli.reporting import render, report
 from softsim.cli.runs import assess, check, run
 from softsim.cli.section import calibrate_section
 from softsim.cli.studies import optimize, sweep
-from softsim.cli.vibrations import modes
+from softsim.cli.vibrations import modes, response
 from softsim.interruption import become_command
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
@@ -30,8 +30,8 @@ def softsim(
 
 
 for command in (
-    examples, run, check, modes, assess, reach, sweep, optimize, report, render, fit_material,
-    spectrum, calibrate_section, chain, schema, devices,
+    examples, run, check, modes, response, assess, reach, sweep, optimize, report, render,
+    fit_material, spectrum, calibrate_section, chain, schema, devices,
 ):  # fmt: skip
     app.command()(command)
 

@@ -19,11 +19,13 @@ from softsim.model import Body, Model
 from softsim.output.acting import acting, not_read
 from softsim.report.figures import bookkeeping, degrees, duration, findings
 from softsim.report.table import segments
+from softsim.run.equilibrium import MotorResponse
 from softsim.run.pilot import Duration
 from softsim.scene.loading import LoadedScene
 from softsim.solver.natural_modes import NaturalMode, NaturalModes
 from softsim.solver.stable_step import StableStepEstimator, estimator, first_time_increment
 from softsim.statics.modes import LoadedMode, LoadedModes
+from softsim.units import format_quantity
 
 
 def summary_table(summary: Mapping[str, Any], units: Mapping[str, str]) -> Table:
@@ -195,6 +197,20 @@ def modes_remarks(found: NaturalModes) -> str:
         f"natural modes of '{found.body.name}': {found.held_count} nodes held (fixed or tied)"
         f"{loose}; relative error of the stiffness {found.stiffness_error:.0e}"
     )
+
+
+def response_table(found: MotorResponse) -> Table:
+    """Return the table of a harmonic response: at the motor's own frequency, and the largest."""
+    table = Table(found.motor, box=None)
+    own = int(np.abs(found.frequencies - found.own_frequency).argmin())
+    for heading in (f"at {found.own_frequency:.4g} Hz", "phase\ndeg", "largest", "at\nHz"):
+        table.add_column(heading, justify="right")
+    for column, values in found.amplitudes.items():
+        unit, largest = found.units[column], int(np.abs(values).argmax())
+        shown = [format_quantity(float(f"{abs(values[k]):.4g}"), unit) for k in (own, largest)]
+        phase = f"{np.degrees(np.angle(values[own])):.0f}"
+        table.add_row(column, shown[0], phase, shown[1], f"{found.frequencies[largest]:.4g}")
+    return table
 
 
 def _most_moved(body: Body, mode: NaturalMode) -> tuple[str, str]:

@@ -211,7 +211,7 @@ def _tell_modes(model: "Model", count: int, device: str, folder: Path, console: 
     from softsim.cli.run_tables import modes_remarks, modes_table
     from softsim.compute import backend
     from softsim.output.folder import RunFolder
-    from softsim.report.mode_shapes import draw_modes
+    from softsim.report.vibrations import draw_modes
     from softsim.solver.natural_modes import movable_bodies, natural_modes
     from softsim.solver.rest_stiffness import joined_bodies
 

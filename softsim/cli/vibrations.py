@@ -4,6 +4,7 @@ from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
 from rich.console import Console
 
@@ -12,7 +13,7 @@ from softsim.errors import ModesError, Option, SceneError, StabilityError
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.compute.machine import Choice
-    from softsim.run.equilibrium import LoadRange
+    from softsim.run.equilibrium import LoadRange, MotorResponse
     from softsim.statics.modes import LoadedModes
 
 SceneOrRun = Annotated[
@@ -94,6 +95,75 @@ def modes(
             )  # fmt: skip
 
 
+def response(
+    scene: Annotated[Path, typer.Argument(help="Scene file (YAML).", show_default=False)],
+    overrides: Overrides = None,
+    at: At = None,
+    load: Loads = None,
+    frequencies: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LOW..HIGH",
+            help="Frequencies, such as '20..250 Hz'; default: up to twice that of the motor.",
+        ),
+    ] = None,
+    points: Annotated[int, typer.Option(min=2, help="Number of frequencies.")] = 100,
+    friction: FrictionOption = FrictionState.stick,
+    out: Annotated[
+        Path | None, typer.Option(help="Output folder; default: runs/SCENE_response.")
+    ] = None,
+    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
+    threads: Threads = "auto",
+) -> None:
+    """Compute how far bodies and probes vibrate under the motors of a scene, over frequency.
+
+    The scene is loaded statically. About this equilibrium the response is linear: it is valid for
+    small amplitudes, with contact that neither opens nor closes. Files: response.csv with
+    amplitudes and phases, and response.png.
+    """
+    with explained() as console:
+        from rich.progress import track
+
+        from softsim.cli.run_tables import response_table
+        from softsim.compute.machine import choose
+        from softsim.output.folder import RunFolder
+        from softsim.report.vibrations import draw_responses
+        from softsim.run.equilibrium import (
+            LoadRange,
+            Preloaded,
+            frequency_range,
+            motors,
+            scene_with_loads,
+        )
+        from softsim.statics.response import HarmonicResponse
+
+        asked = None if frequencies is None else frequency_range(frequencies, "--frequencies")
+        loads = [LoadRange.read(text, "--load") for text in load or []]
+        loaded = scene_with_loads(scene, overrides or [], loads, at=at)
+        acting = motors(loaded)
+        state = Preloaded(loaded, choose(device.value, threads))
+        state.reach(state.end)
+        of = HarmonicResponse(state.vibrations(friction.value))
+        console.print(
+            f"equilibrium at t = {state.end:.6g} s; {of.vibrations.contact.in_words()}",
+            highlight=False, soft_wrap=True,
+        )  # fmt: skip
+        found = []
+        for name, motor in acting.items():
+            own = motor.rotor.frequency
+            low, high = asked or (0.1 * own, 2.0 * own)
+            several = np.union1d(np.linspace(low, high, points), own)
+            taken = track(several, name, console=console, transient=True)
+            found.append(state.response(of, name, motor, taken))
+            console.print(response_table(found[-1]))
+            for text in found[-1].remarks():
+                console.print(text, highlight=False, soft_wrap=True)
+        folder = RunFolder(out or Path("runs") / f"{scene.stem}_response")
+        folder.write_text_atomic("response.csv", _response_rows(found))
+        draw_responses(found, folder.path / "response.png")
+        console.print(f"results in {folder.path}", highlight=False)
+
+
 def _modes_at(
     scene: Path, overrides: list[str], loads: "list[LoadRange]", at: str | None, count: int,
     friction: FrictionState, folder: Path, choice: "Choice", console: Console,
@@ -101,7 +171,7 @@ def _modes_at(
     """Print and draw the modes at one equilibrium."""
     from softsim.cli.run_tables import modes_remarks, modes_table
     from softsim.output.folder import RunFolder
-    from softsim.report.mode_shapes import draw_modes
+    from softsim.report.vibrations import draw_modes
 
     state, where = _preloaded(scene, overrides, loads, at, choice)
     found = state.vibrations(friction.value).modes(count)
@@ -238,4 +308,21 @@ def _rows(
             cells = [mode.frequency, mode.dynamic_frequency, mode.damping_ratio, *mode.mass_shares]
             first = [f"{value:.8g}", str(lines[k][number - 1] + 1)] if load else []
             rows.append(",".join([*first, str(number), *(f"{cell:.8g}" for cell in cells)]))
+    return "\n".join(rows) + "\n"
+
+
+def _response_rows(found: "list[MotorResponse]") -> str:
+    """Return responses as CSV, in SI units and degrees: one row a motor and frequency."""
+    columns = list(found[0].amplitudes)
+    head = ["motor", "frequency [Hz]", "force [N]", "contact_changes"]
+    for column in columns:
+        head += [f"{column} amplitude [{found[0].units[column]}]", f"{column} phase [deg]"]
+    rows = [",".join(head)]
+    for response in found:
+        for k, frequency in enumerate(response.frequencies):
+            cells = [f"{frequency:.8g}", f"{response.force[k]:.8g}"]
+            cells.append(str(response.contact_changes[k]))
+            for values in response.amplitudes.values():
+                cells += [f"{abs(values[k]):.8g}", f"{np.degrees(np.angle(values[k])):.6g}"]
+            rows.append(",".join([response.motor, *cells]))
     return "\n".join(rows) + "\n"

@@ -1,12 +1,86 @@
-"""Figures of small vibrations about an equilibrium: frequencies over a load."""
+"""Figures of small vibrations: mode shapes, frequencies over a load, harmonic response."""
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.figure import SubFigure
 
-from softsim.report.style import COLOURS, INK, QUIET, RED, drawing
+from softsim.output.fields import Frames, SeriesInMemory
+from softsim.report.diagram import MILLI
+from softsim.report.snapshots import Arrangement, Pictures, arranged, pictures, show
+from softsim.report.style import COLOUR_MAP, COLOURS, INK, QUIET, RED, WALL, drawing
+from softsim.run.equilibrium import MotorResponse
+from softsim.solver.natural_modes import NaturalMode, NaturalModes
 from softsim.statics.modes import LoadedModes
+from softsim.units import format_quantity, size_of, usual_unit
+
+STEEPEST, FARTHEST = 0.4, 0.12
+"""Largest displacement gradient and largest displacement of a drawn mode shape.
+
+The displacement is a fraction of the longest side of the body; the smaller amplitude is taken.
+"""
+
+AT_REST = ScalarMappable(Normalize(0.0, 1.0), ListedColormap([WALL]))
+
+
+def draw_modes(found: Sequence[NaturalModes], path: Path, grey: str = "at rest") -> None:
+    """Draw the modes of bodies, coloured by displacement; the body at rest is grey.
+
+    grey: state of the grey body in words.
+
+    Raises OutputError if the file cannot be written.
+    """
+    shown = [pictures(frames_of(m), list(range(len(m.modes) + 1)), "displacement") for m in found]
+    grids = [arranged(len(m.modes), body.view) for m, body in zip(found, shown, strict=True)]
+    heights = [grid.rows * (grid.height + 0.45) + 0.7 for grid in grids]
+    with drawing(path, sum(heights)) as figure:
+        parts = figure.subfigures(len(found), 1, squeeze=False, height_ratios=heights)[:, 0]
+        for part, modes, body, grid in zip(parts, found, shown, grids, strict=True):
+            _draw_body(part, modes, body, grid, grey)
+
+
+def frames_of(found: NaturalModes) -> Frames:
+    """Return the body at rest, followed by each of its modes, as frames of a run."""
+    body = found.body
+    shapes = [mode.shape * amplitude(found, mode) for mode in found.modes]
+    return Frames(
+        body.points, body.cells, np.arange(1.0 + len(shapes)),
+        point_data={"displacement": SeriesInMemory([np.zeros_like(body.points), *shapes])},
+        cell_data={}, extra={}, described={},
+        titles={"formulation": body.regions[0].geometry.name}, sets={},
+    )  # fmt: skip
+
+
+def amplitude(found: NaturalModes, mode: NaturalMode) -> float:
+    """Return the drawn displacement [m] of the node that moves most."""
+    body = found.body
+    length = float(np.ptp(body.points, axis=0).max())
+    gradients = [r.deformation(body.points + mode.shape) - np.eye(3) for r in body.regions]
+    steepest = max(float(np.linalg.norm(g, axis=(1, 2)).max()) for g in gradients)
+    return min(STEEPEST / steepest, FARTHEST * length)
+
+
+def _draw_body(
+    part: SubFigure, found: NaturalModes, body: Pictures, grid: Arrangement, grey: str
+) -> None:
+    part.suptitle(f"body '{found.body.name}' (grey: {grey})", fontsize=9.0)
+    panels = part.subplots(grid.rows, grid.columns, sharex=True, sharey=True, squeeze=False)
+    count = len(found.modes)
+    for axes in panels.flat[count:]:
+        axes.set_axis_off()
+    viscoelastic = any(region.material.branches for region in found.body.regions)
+    for number, (axes, mode) in enumerate(zip(panels.flat, found.modes, strict=False), start=1):
+        stiffened = f"\ndynamic {mode.dynamic_frequency:.4g} Hz" if viscoelastic else ""
+        show(axes, body, f"{number}: {mode.frequency:.4g} Hz{stiffened}")
+        body.draw(axes, 0, AT_REST)
+        largest = amplitude(found, mode) * MILLI
+        body.draw(axes, number, ScalarMappable(Normalize(0.0, largest), COLOUR_MAP))
+    lowest = [panels[(count - 1 - c) // grid.columns, c] for c in range(grid.columns)]
+    body.label(lowest, list(panels[:, 0]))
 
 
 def draw_frequencies(
@@ -58,3 +132,46 @@ def draw_frequencies(
         axes.set_ylabel("frequency of modes [Hz]")
         if viscoelastic:
             axes.set_title("solid: with the dynamic modulus, dotted: with the long-term modulus")
+
+
+def draw_responses(found: Sequence[MotorResponse], path: Path) -> None:
+    """Draw amplitude and phase of the responses to motors over frequency, a column a motor.
+
+    Frequencies at which contact opens, closes or begins to slip are shaded.
+
+    Raises OutputError if the file cannot be written.
+    """
+    units = list(dict.fromkeys(found[0].units[column] for column in found[0].amplitudes))
+    with drawing(path, 2.3 * len(units) + 2.1) as figure:
+        panels = figure.subplots(len(units) + 1, len(found), sharex="col", squeeze=False)
+        for column, response in zip(panels.T, found, strict=True):
+            f, colours = response.frequencies, dict(zip(response.amplitudes, cycle(COLOURS)))
+            for axes, unit in zip(column[:-1], units, strict=True):
+                for name, values in response.amplitudes.items():
+                    if response.units[name] != unit or not values.any():
+                        continue
+                    size = np.abs(values) / size_of(usual_unit(unit), unit)
+                    axes.semilogy(f, size, color=colours[name], label=name)
+                    phase = np.degrees(np.angle(values))
+                    column[-1].plot(f, phase, ".", markersize=2.5, color=colours[name])
+                axes.set_ylabel(f"amplitude [{usual_unit(unit)}]")
+                axes.legend(loc="upper right")
+            column[-1].set(xlabel="frequency [Hz]", ylabel="phase [deg]", ylim=(-190.0, 190.0))
+            column[-1].set_yticks([-180.0, -90.0, 0.0, 90.0, 180.0])
+            column[0].set_title(f"{response.motor}: {_forces(response)}")
+            for axes in column:
+                axes.axvline(response.own_frequency, color=INK, linestyle="--", linewidth=1.0)
+                axes.fill_between(
+                    f, 0.0, 1.0, where=response.contact_changes > 0, color=WALL, zorder=0.5,
+                    transform=axes.get_xaxis_transform(),
+                )  # fmt: skip
+            if response.contact_changes.any():
+                column[-1].set_title(
+                    "grey: contact opens, closes or begins to slip, the response is not valid"
+                )
+
+
+def _forces(response: MotorResponse) -> str:
+    """Return the range of the amplitude of a motor's force as text."""
+    low, high = (format_quantity(float(f), "N") for f in (response.force[0], response.force[-1]))
+    return f"force {low}" if low == high else f"force {low} to {high}"

@@ -1,10 +1,10 @@
-"""Equilibria of a scene for what is computed about them: modes, harmonic response.
+"""Equilibria of a scene, with natural modes and harmonic response about them.
 
 Any scene, also one of a dynamic procedure, is loaded statically by Newton's method: its motors are
 left out, and so is what ends a run. The model has its Maxwell branches, which a static run lacks.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,33 +12,36 @@ from typing import Any
 
 import numpy as np
 
+from softsim.builder import build_model
 from softsim.builder.materials import with_branches
 from softsim.compute.machine import Choice
 from softsim.errors import ModesError, Option, OutputError, SceneError, StabilityError
-from softsim.model import Model
+from softsim.loads.rotor import Rotor
+from softsim.model import Model, Probe
 from softsim.output.folder import CHECKPOINT, HISTORY, SCENE, read_checkpoint, read_summary
 from softsim.output.history import read_history
+from softsim.output.observation import PROBE_UNITS, probe_values
 from softsim.run.batch import Batch
 from softsim.run.record import MemoryRecord, Progress
 from softsim.run.scenes import ready_model
 from softsim.run.statics import ADVICE, StaticRun
 from softsim.scene.loading import LoadedScene, load_scene, read_scene, validated
 from softsim.scene.loads import EccentricMass, OverTime, SinusoidalForce
-from softsim.scene.outputs import Expect
+from softsim.scene.outputs import Expect, probe_columns
 from softsim.scene.reporting import did_you_mean
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.stable_step import first_time_increment
 from softsim.statics.forces import StaticForces
 from softsim.statics.modes import Friction, SmallVibrations
 from softsim.statics.newton import LoadSteps, Newton, NoEquilibriumError
-from softsim.statics.tangent import shortest_edges
+from softsim.statics.response import HarmonicResponse
 from softsim.units import QUANTITY
 
 LEAST_STEPS = 20
 """Number of load steps up to the last load, at least: friction depends on the path."""
 
-LEAST_STRAIN = 1e-4
-"""Strain of an element whose forces are the least to which unbalanced forces are compared."""
+ROUND_OFF = 1e-8
+"""Amplitude over the largest of its unit, below which it is round-off of zero."""
 
 SETTLED = 0.1
 """Fraction of the load time after which all loads but the one of interest are complete."""
@@ -65,17 +68,14 @@ class LoadRange:
         """
         at = Option(f"{option} {text}")
         name, equals, values = (part.strip() for part in text.partition("="))
-        low, dots, high = (part.strip() for part in values.partition(".."))
-        first, last = QUANTITY.fullmatch(low), QUANTITY.fullmatch(high if dots else low)
-        if not (equals and name and first and last):
+        bounds = _bounds(values, at)
+        if not (equals and name and bounds):
             raise SceneError(
                 f"'{text}' is not a load with its value",
                 "write air='18 kPa' or air='0..23 kPa'",
                 at,
             )
-        start, end, unit = float(first["number"]), float(last["number"]), last["unit"]
-        if first["unit"] not in ("", unit):
-            raise SceneError(f"'{values}' has two units", f"write both values in {unit}", at)
+        start, end, unit = bounds
         if end == 0.0 or not 0.0 <= start / end <= 1.0:
             raise SceneError(
                 f"'{values}' does not lead away from zero",
@@ -94,6 +94,29 @@ class LoadRange:
     def shown(self, value: float) -> str:
         """Return a value of the load as text."""
         return f"{value:.5g} {self.unit}".rstrip()
+
+
+def _bounds(text: str, at: Option) -> tuple[float, float, str] | None:
+    """Return both numbers and the unit of "0..23 kPa", or of "18 kPa"; None for other texts.
+
+    Raises SceneError for two units.
+    """
+    low, dots, high = (part.strip() for part in text.partition(".."))
+    first, last = QUANTITY.fullmatch(low), QUANTITY.fullmatch(high if dots else low)
+    if not (first and last):
+        return None
+    if first["unit"] not in ("", last["unit"]):
+        raise SceneError(f"'{text}' has two units", f"write both values in {last['unit']}", at)
+    return float(first["number"]), float(last["number"]), last["unit"]
+
+
+def frequency_range(text: str, option: str) -> tuple[float, float]:
+    """Return both frequencies [Hz] of a text "20..250 Hz". Raises SceneError."""
+    at = Option(f"{option} {text}")
+    bounds = _bounds(text, at)
+    if bounds is None or bounds[2] != "Hz" or not 0.0 < bounds[0] < bounds[1]:
+        raise SceneError(f"'{text}' is not a range of frequencies", "write '20..250 Hz'", at)
+    return bounds[:2]
 
 
 def scene_with_loads(
@@ -184,6 +207,52 @@ def motor_frequencies(loaded: LoadedScene) -> dict[str, float]:
     }
 
 
+def motors(loaded: LoadedScene) -> dict[str, Rotor]:
+    """Return the motors of a scene by name. Raises SceneError if it has none, MeshError."""
+    if not motor_frequencies(loaded):
+        raise SceneError(
+            "the scene has no motor, so nothing makes it vibrate",
+            "add a load of the kind sinusoidal_force or eccentric_mass to a rigid body",
+            loaded.tree.origin,
+        )
+    model = build_model(loaded)
+    named = zip(model.load_names, model.loads, strict=True)
+    return {name: load for name, load in named if isinstance(load, Rotor)}
+
+
+@dataclass(frozen=True, eq=False)
+class MotorResponse:
+    """Harmonic response to a motor over frequencies (f,) [Hz].
+
+    own_frequency [Hz]: of the motor in the scene. force (f,): its amplitude [N]. amplitudes: column
+    -> (f,), complex, SI, with the phase against the angle of an
+    eccentric mass, or against a sinusoidal force. units: column -> SI unit.
+    contact_changes (f,): largest number of points that begin or cease to touch, or begin to slip,
+    in a cycle; above zero the result is not valid.
+    """
+
+    motor: str
+    own_frequency: float
+    frequencies: np.ndarray
+    force: np.ndarray
+    amplitudes: dict[str, np.ndarray]
+    units: dict[str, str]
+    contact_changes: np.ndarray
+
+    def remarks(self) -> list[str]:
+        """Return sentences on frequencies at which the response is not valid."""
+        changed = np.flatnonzero(self.contact_changes)
+        if not len(changed):
+            return []
+        low, high = self.frequencies[changed[[0, -1]]]
+        most = int(self.contact_changes.max())
+        return [
+            f"warning: at {len(changed)} of {len(self.frequencies)} frequencies, between {low:.4g} "
+            f"and {high:.4g} Hz, contact opens, closes or begins to slip within a cycle, at up to "
+            f"{most} points, so there the linear response is not valid: run the scene in time"
+        ]
+
+
 class Preloaded:
     """Equilibria of a scene over its load time.
 
@@ -199,7 +268,6 @@ class Preloaded:
         [run] = Batch([MemoryRecord(self.loaded, self.model)], choice, [()]).runs
         assert isinstance(run, StaticRun)
         self._solver, self._newton, self._steps = run.scenario.solver, run.newton, run.steps
-        self._least_force = least_force(self.model)
 
     @property
     def time(self) -> float:
@@ -217,7 +285,6 @@ class Preloaded:
         while self.time < time * (1.0 - 1e-12):
             left = time - self.time
             step = left / max(1.0, np.ceil(left / longest - 1e-9))
-            self._newton.mean_force = max(self._newton.mean_force, self._least_force)
             try:
                 with np.errstate(over="ignore", invalid="ignore"):
                     self._steps.advance(self.time + step)
@@ -240,7 +307,6 @@ class Preloaded:
         self._solver.take_over(checkpoint.state, time if along_path is None else along_path[-1])
         forces = StaticForces(self._solver)
         self._newton = Newton(forces, self._newton.tolerance)
-        self._newton.mean_force = self._least_force
         forces.accept(self._newton.find(forces.start).at, 0.0)
         self._steps = LoadSteps(self._newton)
 
@@ -261,15 +327,67 @@ class Preloaded:
         solver.take_over(self._solver.state(), self.time)
         return SmallVibrations(StaticForces(solver), friction)
 
+    def response(
+        self, of: HarmonicResponse, name: str, motor: Rotor, frequencies: Iterable[float]
+    ) -> MotorResponse:
+        """Return the harmonic response to a motor. Raises ModesError if it moves nothing."""
+        found: list[dict[str, complex]] = []
+        taken, forces, changes = [], [], []
+        for frequency in frequencies:
+            force = of.force_of(motor, frequency)
+            if not force.any():
+                raise ModesError(
+                    f"the motor '{name}' acts on a body that is held, so nothing moves"
+                )
+            motion = of.motion(frequency, force)
+            found.append(self._amplitudes(of.vibrations, motion))
+            taken.append(frequency)
+            rotor = motor.at_frequency(motor.rotor, frequency, 0.0)
+            forces.append(max(np.linalg.norm(rotor.cosine), np.linalg.norm(rotor.sine)))
+            changes.append(of.contact_changes(motion))
+        amplitudes = {c: np.array([row[c] for row in found]) for c in found[0]}
+        units = self._units()
+        for column, values in amplitudes.items():
+            alike = [np.abs(a).max() for c, a in amplitudes.items() if units[c] == units[column]]
+            values[np.abs(values) < ROUND_OFF * max(alike)] = 0.0
+        return MotorResponse(
+            name, motor.rotor.frequency, np.array(taken), np.array(forces), amplitudes,
+            units, np.array(changes),
+        )  # fmt: skip
 
-def least_force(model: Model) -> float:
-    """Return the force [N] that strains a single element by LEAST_STRAIN.
+    def _units(self) -> dict[str, str]:
+        """Return the SI units of the columns of `_amplitudes`."""
+        axes = "xyz"[: self.model.dimension]
+        bodies = {f"{body.name}_{axis}": "m" for body in self.model.rigid_bodies for axis in axes}
+        probes = [p for p in self.model.probes if p.kind != "reaction"]
+        return bodies | {
+            c: PROBE_UNITS[p.kind] for p in probes for c in probe_columns(p.name, p.kind, axes)
+        }
 
-    Without any load, forces are round-off, which cannot balance to a fraction of itself.
-    """
-    shear = max(region.material.law.initial_shear_modulus for region in model.regions)
-    volumes = np.concatenate([region.volumes for region in model.regions])
-    return float(LEAST_STRAIN * shear * np.median(volumes) / shortest_edges(model).min())
+    def _amplitudes(self, of: SmallVibrations, motion: np.ndarray) -> dict[str, complex]:
+        """Return the amplitudes of bodies and of probes of places, by column, SI."""
+        of_nodes, of_bodies = of.displaced(motion)
+        axes = "xyz"[: self.model.dimension]
+        found = {
+            f"{body.name}_{axis}": complex(of_bodies[number, k])
+            for number, body in enumerate(self.model.rigid_bodies)
+            for k, axis in enumerate(axes)
+            if body.free[k]
+        }
+        for probe in self.model.probes:
+            if probe.kind == "reaction":
+                continue
+            names = probe_columns(probe.name, probe.kind, axes)
+            parts = [self._rate(probe, of.at.x, part) for part in (of_nodes.real, of_nodes.imag)]
+            found |= dict(zip(names, (parts[0] + 1j * parts[1]).tolist(), strict=True))
+        return found
+
+    def _rate(self, probe: Probe, x: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Return the derivative (columns,) of a probe with the nodes at x along (n, d)."""
+        scenario = self._solver.scenario(0)
+        step = 1e-6 * float(np.ptp(x, axis=0).max()) / max(float(np.abs(along).max()), 1e-300)
+        ends = [probe_values(scenario, probe, x + sign * step * along) for sign in (-1.0, 1.0)]
+        return (ends[1] - ends[0]) / (2.0 * step)
 
 
 def refuse_dynamic(loaded: LoadedScene, folder: Path) -> None:

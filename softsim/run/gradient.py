@@ -30,7 +30,7 @@ from softsim.scene.schema import Scene
 from softsim.scene.text import Option, place_in
 from softsim.solver.energy import EnergyBalance, EnergyReader
 from softsim.solver.explicit import ExplicitSolver
-from softsim.statics.forces import LONG, Configuration, StaticForces
+from softsim.statics.forces import TRIAL_DURATION, Configuration, StaticForces
 
 STEP = 3e-6
 """Difference h of a parameter over its value, for central differences."""
@@ -57,7 +57,7 @@ ROUND_OFF = 1e-10
 """Bound of the round-off of a residual over the internal forces."""
 
 VISCOUS = 1e-7
-"""Bound of the dashpot forces over the internal ones: a trial state lasts LONG seconds."""
+"""Bound of the dashpot forces over the internal ones, at the rates of TRIAL_DURATION."""
 
 WITHOUT_DERIVATIVE = (
     "time", "cycles_done", "contact_count", "contact_area", "rows_in_contact", "slip_share",
@@ -183,8 +183,7 @@ def _solved(run: StaticRun, at: Configuration, force: np.ndarray, h: float) -> n
         if not np.linalg.norm(defect) > ACCURACY * size:
             break
         found = found + newton.solve(at, defect, 1e-6)[0]
-        ends = [forces.residual(forces.moved(at, s * h * found)) for s in (-1.0, 1.0)]
-        resisted = (ends[0] - ends[1]) / (2.0 * h) + factors.stiffness.holding(found)
+        resisted = forces.resisting(at, h * found) / h + factors.stiffness.holding(found)
         defect = force - resisted
     error = float(np.linalg.norm(defect))
     if not error <= LARGEST_ERROR * size + ROUND_OFF * forces.inner_force() / h:
@@ -286,7 +285,7 @@ def _evaluated(
 ) -> Evaluation:
     residual = forces.residual(at)
     reader.update()
-    return Evaluation(residual, observer.observe(LONG).row)
+    return Evaluation(residual, observer.observe(TRIAL_DURATION).row)
 
 
 def _is_same_mesh(one: Model, other: Model) -> bool:

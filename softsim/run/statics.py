@@ -10,7 +10,7 @@ from softsim.run.course import INSPECTIONS, KERNEL, Run
 from softsim.solver.energy import Energies
 from softsim.solver.guards import refuse_broken_elements
 from softsim.statics.arc_length import ArcSteps
-from softsim.statics.forces import LONG, StaticForces
+from softsim.statics.forces import TRIAL_DURATION, StaticForces
 from softsim.statics.newton import Equilibrium, LoadSteps, Newton, NoEquilibriumError
 
 log = logging.getLogger("softsim")
@@ -30,8 +30,12 @@ class StaticRun(Run):
         self.forces = StaticForces(self.scenario.solver)
         self.newton = Newton(self.forces, self.model.relaxation.tolerance)
         self.steps = LoadSteps(self.newton)
-        self.iterations: list[int] = []
         self.worst_share = 0.0
+
+    @property
+    def iterations(self) -> list[int]:
+        """Numbers of Newton iterations of all load steps so far."""
+        return self.steps.iterations
 
     def _advance(self) -> Equilibrium:
         return self.steps.advance(self._next_due(), self._see)
@@ -44,7 +48,6 @@ class StaticRun(Run):
                 found = self._advance()
             except NoEquilibriumError as error:
                 raise self._at_limit(error, begin) from None
-        self.iterations.append(len(found.iterations))
         self.worst_share = max(self.worst_share, found.unbalanced_share)
         self.progress.time_increment = self.scenario.time - begin
         with self._failed_frame_kept():
@@ -78,7 +81,7 @@ class StaticRun(Run):
         return 0 if self.scenario.time >= due * (1.0 - 1e-12) else 1
 
     def _interval(self) -> float:
-        return LONG  # impulses are those of the last load step alone
+        return TRIAL_DURATION  # impulses are those of the last load step alone
 
     def _is_done(self) -> bool:
         return self.has_reached_end()
@@ -139,6 +142,10 @@ class PathRun(StaticRun):
         solver.load_times = solver.times.copy()
         super().prepare()
         self.path = ArcSteps(self.newton, self.model.end_time)
+
+    @property
+    def iterations(self) -> list[int]:
+        return self.path.iterations
 
     def _advance(self) -> Equilibrium:
         passed, pressures = len(self.path.limit_points), self._pressures()

@@ -61,7 +61,7 @@ def rest_stiffness(model: Model, body: Body, region: Region) -> RestStiffness:
     if pairs.nnz == 0:  # the body moves, but nothing of this region
         return RestStiffness(sp.csr_matrix((is_free.size, is_free.size)), 0.0)
     forces = ElasticForces(model, body, region)
-    step = STEP * shortest_edges(region)
+    step = STEP * shortest_edges(region.points, region.cells)
     free = sp.diags(is_free.ravel().astype(float))
     found = free @ differences(forces, pairs, step) @ free
     matrix = (0.5 * (found + found.T)).tocsr()
@@ -177,16 +177,17 @@ def differences(forces: ElasticForces, pairs: sp.coo_matrix, step: np.ndarray) -
     return sp.csr_matrix(entries, shape=(n * d, n * d))
 
 
-def shortest_edges(region: Region) -> np.ndarray:
+def shortest_edges(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Return the shortest distance (n,) [m] of each node from the others of its elements.
 
-    Nodes outside the region, which ties may move, get the smallest of all.
+    points (n, d), cells (e, k). Nodes without elements, which ties may move, get the smallest of
+    all.
     """
-    corners = region.points[region.cells]
+    corners = points[cells]
     apart = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3)
     apart[apart == 0.0] = np.inf
-    shortest = np.full(len(region.points), np.inf)
-    np.minimum.at(shortest, region.cells, apart.min(axis=2))
+    shortest = np.full(len(points), np.inf)
+    np.minimum.at(shortest, cells, apart.min(axis=2))
     return np.where(np.isfinite(shortest), shortest, shortest.min())
 
 

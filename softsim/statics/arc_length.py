@@ -18,23 +18,23 @@ import numpy as np
 from softsim.statics.forces import Configuration
 from softsim.statics.newton import (
     MOST_ITERATIONS,
-    TIGHTER,
+    SOUGHT_OVER_REQUIRED,
     Equilibrium,
     Iteration,
     Newton,
     NoEquilibriumError,
 )
 
-FIRST = 1.0 / 50.0
+FIRST_STEP = 1.0 / 50.0
 """Load time of the first step over the duration of the loads."""
 
-WANTED = 5
+USUAL_ITERATIONS = 5
 """Iterations of a step with the right distance."""
 
-FARTHEST = 12.0
+LARGEST_DISTANCE = 12.0
 """Largest distance of a step over that of the first."""
 
-NEAREST = 2.0**-16
+SMALLEST_DISTANCE = 2.0**-16
 """Smallest distance of a step over that of the first, below which the run stops."""
 
 DIFFERENCE = 1e-6
@@ -78,20 +78,20 @@ class ArcSteps:
         Raises NoEquilibriumError if there is none at the smallest distance.
         """
         begin, start = self.forces.time, self.forces.start
-        with_tangent = self._tangent(start)
+        tangent = self._tangent(start)
         if self._first is None:
             self._first = self._distance = (
-                FIRST * self.duration * float(np.linalg.norm(with_tangent))
+                FIRST_STEP * self.duration * float(np.linalg.norm(tangent))
             )
-        ahead = 1.0 if self._along is None or self._along @ with_tangent > 0.0 else -1.0
+        ahead = 1.0 if self._along is None or self._along @ tangent > 0.0 else -1.0
         while True:
             try:
-                found, time = self._tried(begin, start, ahead * with_tangent, ahead, see)
+                found, time = self._tried(begin, start, ahead * tangent, ahead, see)
                 break
             except NoEquilibriumError:
                 self.forces.time = begin
                 self._distance *= 0.5
-                if self._distance < NEAREST * self._first:
+                if self._distance < SMALLEST_DISTANCE * self._first:
                     raise
         self.forces.time = time
         self._note_limit(begin, time)
@@ -99,7 +99,9 @@ class ArcSteps:
         self.forces.accept(found.at, abs(time - begin))
         count = max(1, len(found.iterations))
         self.iterations.append(count)
-        self._distance = min(self._distance * np.sqrt(WANTED / count), FARTHEST * self._first)
+        self._distance = min(
+            self._distance * np.sqrt(USUAL_ITERATIONS / count), LARGEST_DISTANCE * self._first
+        )
         return found
 
     def _note_limit(self, begin: float, time: float) -> None:
@@ -143,7 +145,7 @@ class ArcSteps:
         while True:
             forces.time = time
             residual, share = newton.unbalanced(at)
-            if share <= TIGHTER * newton.tolerance:
+            if share <= SOUGHT_OVER_REQUIRED * newton.tolerance:
                 return Equilibrium(at, share, iterations), time
             see(len(iterations), share)
             if len(iterations) == MOST_ITERATIONS or not share < 1.0:

@@ -1,7 +1,7 @@
 """Forces on the free coordinates of a model at rest, from the force kernels of a run.
 
-A trial state is one increment of LONG seconds from the last accepted state: all nodes move at once,
-with velocities so small that dashpots and bulk viscosity vanish, Maxwell branches have relaxed, and
+A trial state is one increment of 10^6 s from the last accepted state: all nodes move at once, with
+velocities so small that dashpots and bulk viscosity vanish, Maxwell branches have relaxed, and
 friction is the elastoplastic return mapping of one load step (contact/forces.py). A trial leaves no
 trace: slip anchors and all other fields that remember the path are restored before the next one.
 They change only when a state is accepted.
@@ -27,7 +27,7 @@ from softsim.model import Model
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.increments import Span
 
-LONG = 1e6
+TRIAL_DURATION = 1e6
 """Duration [s] of the increment that makes a trial state of the accepted one.
 
 Dashpots of contact and bulk viscosity act over microseconds: over this time their forces are below
@@ -77,7 +77,7 @@ class StaticForces:
         self.arms = fields.read(self.bodies.arm).reshape(-1, d)  # one more if there is none
         self.tied = [np.asarray(body.tied, dtype=int) for body in self.model.rigid_bodies]
         solver.relax_branches(0)
-        solver.time_increments[0] = LONG
+        solver.time_increments[0] = TRIAL_DURATION
         self.time = float(solver.load_times[0])
         self._hold(1)
         self._accepted = self._base = solver.state()
@@ -169,6 +169,12 @@ class StaticForces:
         unbalanced: np.ndarray = np.concatenate(found) - self.withheld
         return unbalanced
 
+    def resisting(self, at: Configuration, step: np.ndarray) -> np.ndarray:
+        """Return K dq (size,) [N] of a step dq (size,), by a central difference over 2 dq."""
+        ends = [self.residual(self.moved(at, sign * step)) for sign in (-1.0, 1.0)]
+        resisted: np.ndarray = 0.5 * (ends[0] - ends[1])
+        return resisted
+
     def inner_force(self) -> float:
         """Return the root sum of squares [N] of every single nodal force at the last trial state.
 
@@ -182,13 +188,13 @@ class StaticForces:
         return fields.read(self.nodes.force)[0]
 
     def _put(self, at: Configuration) -> None:
-        """Write a trial state, one increment of LONG seconds from the accepted one."""
+        """Write a trial state, one increment of TRIAL_DURATION seconds from the accepted one."""
         for name, field in self._path_fields.items():
             fields.write(field, self._base[name])
         for contact in self.solver.terms.listing:
             fields.write(contact.lists.due, 0.0)  # a path between two trial states is not bounded
         fields.write(self.nodes.position, at.x[None])
-        fields.write(self.nodes.velocity, (at.x - self.start.x)[None] / LONG)
+        fields.write(self.nodes.velocity, (at.x - self.start.x)[None] / TRIAL_DURATION)
         for term, pressure in zip(self.chambers.values(), at.pressures, strict=True):
             fields.write(term.pressure, pressure)
         if self.bodies.count:
@@ -197,13 +203,16 @@ class StaticForces:
             fields.write(self.bodies.centre, at.centres[None])
             fields.write(self.bodies.orientation, wxyz[None])
             fields.write(self.bodies.rotation, turns.as_matrix()[None])
-            fields.write(self.bodies.velocity, (at.centres - self.start.centres)[None] / LONG)
-            angular_velocity = (turns * before.inv()).as_rotvec() / LONG
+            fields.write(
+                self.bodies.velocity, (at.centres - self.start.centres)[None] / TRIAL_DURATION
+            )
+            angular_velocity = (turns * before.inv()).as_rotvec() / TRIAL_DURATION
             fields.write(self.bodies.angular_velocity, angular_velocity[None])
 
     def _compute(self) -> None:
         self.bodies.forget_loads()
-        span = Span(1, self.time, LONG, drift=0.0, kick=0.0, done=-1)  # which ends at that time
+        # An increment that ends at the load time.
+        span = Span(1, self.time, TRIAL_DURATION, drift=0.0, kick=0.0, done=-1)
         self.solver.kernels.run([span])
 
     @cached_property
@@ -231,16 +240,16 @@ class StaticForces:
         solver.clear_impulses(0)
         self._accepted = solver.state()
         held_velocity = np.where(self.is_free, 0.0, fields.read(self.nodes.velocity)[0])
-        fields.write(self.nodes.velocity, held_velocity[None] * (LONG / step))
+        fields.write(self.nodes.velocity, held_velocity[None] * (TRIAL_DURATION / step))
         if self.bodies.count:
             velocity = self._of_bodies(self.bodies.velocity, self.model.dimension)
-            held = np.where(self.free_moves, 0.0, velocity) * (LONG / step)
+            held = np.where(self.free_moves, 0.0, velocity) * (TRIAL_DURATION / step)
             fields.write(self.bodies.velocity, held[None])
             fields.write(self.bodies.angular_momentum, 0.0)
         solver.kernels.steer(0, time, step)
         for frame in terms.frames:
             for speed in frame.speeds():
-                fields.write(speed, fields.read(speed) * (step / LONG))
+                fields.write(speed, fields.read(speed) * (step / TRIAL_DURATION))
         self.time = time
         self._base = solver.state()
         return self._tied_placed(self.configuration())

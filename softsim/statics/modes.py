@@ -58,7 +58,7 @@ from softsim.statics.tangent import Tangent
 
 Friction = Literal["stick", "slip"]
 
-LIMITLESS = {"stick": 1e6, "slip": 0.0}
+FRICTION_FACTORS = {"stick": 1e6, "slip": 0.0}
 """Factor of the friction limits for small vibrations."""
 
 ALLOWED_ERROR = 1e-3
@@ -209,7 +209,7 @@ class SmallVibrations:
         limits = friction_limits(self.forces)
         before = [fields.read(limit) for limit in limits]
         for limit, values in zip(limits, before, strict=True):
-            fields.write(limit, LIMITLESS[self.friction] * values)
+            fields.write(limit, FRICTION_FACTORS[self.friction] * values)
         try:
             yield
         finally:
@@ -220,8 +220,7 @@ class SmallVibrations:
     def product(self, v: np.ndarray) -> np.ndarray:
         """Return K v (size,) [N] of a displacement (size,) [m], by a central difference."""
         step = float(self.tangent.steps.min()) / float(np.abs(v).max())
-        ends = [self.forces.residual(self.forces.moved(self.at, s * step * v)) for s in (-1.0, 1.0)]
-        resisted: np.ndarray = (ends[0] - ends[1]) / (2.0 * step)
+        resisted: np.ndarray = self.forces.resisting(self.at, step * v) / step
         return resisted
 
     def _error(self) -> float:
@@ -276,12 +275,16 @@ class SmallVibrations:
                     parts.append(sp.csr_matrix(cholesky(own)))
         return sp.block_diag(parts).tocsr()
 
+    @cached_property
+    def inertia(self) -> sp.csc_matrix:
+        """Inertia M [kg], bordered by zeros as `bordered`."""
+        L = self.inertia_root
+        return sp.block_diag([L.T @ L, sp.csr_matrix((self.border, self.border))]).tocsc()
+
     def factors(self, sigma: float) -> SuperLU:
         """Return the factors of the bordered stiffness minus sigma times the inertia."""
-        L = self.inertia_root
-        mass = sp.block_diag([L.T @ L, sp.csr_matrix((self.border, self.border))])
         return splu(
-            (self.bordered - sigma * mass).tocsc(), permc_spec="MMD_AT_PLUS_A",
+            (self.bordered - sigma * self.inertia).tocsc(), permc_spec="MMD_AT_PLUS_A",
             diag_pivot_thresh=0.0, options={"SymmetricMode": True},
         )  # fmt: skip
 
@@ -302,6 +305,17 @@ class SmallVibrations:
             yield
         finally:
             elements.set_time_increment(0, np.inf)
+
+    def branch_stiffnesses(self) -> list[sp.csc_matrix]:
+        """Return K_b [N/m] of the branches of each term, symmetric and bordered as `bordered`."""
+        found = []
+        for elements in self.viscous:
+            with self.vibrating(), self.frozen(elements):
+                stiffer = self.tangent.at(self.at).matrix - self.stiffness.matrix
+            inner = stiffer[: self.size, : self.size]
+            border = sp.csc_matrix((self.border, self.border))
+            found.append(sp.block_diag([0.5 * (inner + inner.T), border]).tocsc())
+        return found
 
     def branch_energies(self, motions: np.ndarray) -> np.ndarray:
         """Return phi K_b phi (modes, terms) [1/s^2] of the branches of each term.
@@ -404,10 +418,22 @@ class SmallVibrations:
 
     def displacements(self, phi: np.ndarray) -> np.ndarray:
         """Return the displacements (n, d) of all nodes by a motion (u,) of the free coordinates."""
-        step = 1e-6 * float(np.ptp(self.at.x, axis=0).max()) / float(np.abs(phi).max())
+        return self.displaced(phi)[0]
+
+    def displaced(self, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the displacements (n, d) of all nodes and (b, d) of the centres by a motion (u,).
+
+        A motion may be complex, as may be the displacements.
+        """
+        if np.iscomplexobj(phi):
+            (x, centres), (x_2, centres_2) = self.displaced(phi.real), self.displaced(phi.imag)
+            return x + 1j * x_2, centres + 1j * centres_2
+        largest = max(float(np.abs(phi).max()), 1e-300)
+        step = 1e-6 * float(np.ptp(self.at.x, axis=0).max()) / largest
         padded = np.pad(phi, (0, self.forces.counts[3]))
-        ends = [self.forces.moved(self.at, s * step * padded).x for s in (-1.0, 1.0)]
-        return self.model.ties.followed((ends[1] - ends[0]) / (2.0 * step))
+        before, after = (self.forces.moved(self.at, s * step * padded) for s in (-1.0, 1.0))
+        of_nodes = self.model.ties.followed((after.x - before.x) / (2.0 * step))
+        return of_nodes, (after.centres - before.centres) / (2.0 * step)
 
     def translation(self, axis: int) -> np.ndarray:
         """Return the motion (u,) in which everything that is free moves by 1 along an axis."""
@@ -494,9 +520,16 @@ def friction_limits(forces: StaticForces) -> list[Any]:
 
 def contact_state(forces: StaticForces, friction: Friction) -> ContactState:
     """Return the contact at the last trial state."""
-    terms = forces.solver.terms
-    touching = limit = points = 0
-    for contact in [*terms.contacts, *terms.self_contacts]:
+    touches, at_limit = contact_points(forces)
+    rough = any(fields.read(field).any() for field in friction_limits(forces))
+    touching, open_points = int(touches.sum()), int((~touches).sum())
+    return ContactState(touching, int(at_limit.sum()), open_points, friction if rough else "slip")
+
+
+def contact_points(forces: StaticForces) -> tuple[np.ndarray, np.ndarray]:
+    """Return which points (p,) touch, and which are at their friction limit, at the last state."""
+    found = [(np.zeros(0, dtype=bool), np.zeros(0, dtype=bool))]
+    for contact in [*forces.solver.terms.contacts, *forces.solver.terms.self_contacts]:
         rubbing = np.linalg.norm(fields.read(contact.friction)[0], axis=-1)
         if isinstance(contact, SurfaceContact):
             touches = fields.read(contact.touching)[0] > 0
@@ -510,10 +543,9 @@ def contact_state(forces: StaticForces, friction: Friction) -> ContactState:
         at_limit = touches & (most > 0.0) & (rubbing >= AT_LIMIT * most)
         if touches.ndim == 2:  # surfaces of a wall
             touches, at_limit = touches.any(axis=1), at_limit.any(axis=1)
-        touching, limit = touching + int(touches.sum()), limit + int(at_limit.sum())
-        points += len(touches)
-    rough = any(fields.read(field).any() for field in friction_limits(forces))
-    return ContactState(touching, limit, points - touching, friction if rough else "slip")
+        found.append((touches, at_limit))
+    touching, limited = zip(*found, strict=True)
+    return np.concatenate(touching), np.concatenate(limited)
 
 
 def self_friction(forces: StaticForces, contact: Any, facet: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 Each iteration solves K dq = R by GMRES. The product K v is exact: a central difference of R along
 v, with everything that exerts force. The factors of an assembled tangent precondition it; they are
 renewed when GMRES takes long (modified Newton without its slow convergence).
-A line search halves dq until |R| falls.
+A line search halves dq until the next Newton step is shorter (natural monotonicity).
 """
 
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from softsim.statics.tangent import Factors, Stiffness, Tangent, named_motion
 MOST_ITERATIONS = 25
 """Newton iterations of a load step, after which it is repeated with half its length."""
 
-STALE = 0.4
+PRODUCTS_PER_ASSEMBLY = 0.4
 """Products K v of a Newton step, over those that an assembly of the tangent costs, after which the
 tangent is assembled and factorised anew."""
 
@@ -36,17 +36,23 @@ Newton's step is short.
 A node that is closer than this to the surface that it touches has the mean stiffness of both sides.
 """
 
-OF_STEP = 0.01
+DIFFERENCE_OVER_STEP = 0.01
 """Largest displacement in a difference K v over that of Newton's step."""
 
-UNNOTICED = 1e-6
+LEAST_FORCE_STRAIN = 1e-6
 """Strain of a body whose internal forces are the least with which unbalanced ones are compared."""
 
-SLOW = 0.3
+SLOW_CONVERGENCE = 0.3
 """Fall of the unbalanced force in an iteration, above which what is required is enough."""
 
-TIGHTER = 1e-3
+SOUGHT_OVER_REQUIRED = 1e-3
 """Unbalanced force that is sought, over solver.equilibrium_tolerance, which is what is required."""
+
+ROUND_OFF = 0.1
+"""Share of unbalanced forces at the start below which they are round-off of an unloaded body."""
+
+SHORTEST_STEP = 2.0**-12
+"""Shortest load step over the one that is asked for, below which the run stops."""
 
 
 class NoEquilibriumError(StabilityError):
@@ -82,7 +88,7 @@ class Newton:
 
     tolerance: allowed unbalanced over internal forces [-]. mean_force: mean of the internal forces
     [N] of all equilibria so far, with which the unbalanced force of an unloaded body is compared;
-    at least those of a strain UNNOTICED.
+    at least those of a strain LEAST_FORCE_STRAIN.
     factorisations, products: numbers of factorised tangents and of products K v so far.
     """
 
@@ -91,7 +97,7 @@ class Newton:
         self.tangent = Tangent(forces)
         self.factors: Factors | None = None
         self.factorisations = self.products = 0
-        self.mean_force = self.least_force = UNNOTICED * forces.force_scale
+        self.mean_force = self.least_force = LEAST_FORCE_STRAIN * forces.force_scale
         shortest = float(self.tangent.steps.min())
         self._differences = SHORTEST_DIFFERENCE * shortest, LONGEST_DIFFERENCE * shortest
         self._difference = self._differences[1]
@@ -108,7 +114,7 @@ class Newton:
         at = guess
         iterations: list[Iteration] = []
         residual, share = self.unbalanced(at)
-        while share > TIGHTER * self.tolerance:
+        while share > SOUGHT_OVER_REQUIRED * self.tolerance:
             see(len(iterations), share)
             if len(iterations) == MOST_ITERATIONS and share <= self.tolerance:
                 break
@@ -116,7 +122,7 @@ class Newton:
                 self._refuse(share)
             step, krylov = self.step(at, residual, share)
             found = self._searched(at, step, residual)
-            if found is None and krylov >= 0 and self._is_old(at):
+            if found is None and self._is_old(at):
                 self.renew(at)
                 continue
             if found is None:
@@ -124,7 +130,7 @@ class Newton:
                     break
                 self._refuse(share)
             assert found is not None
-            is_slow = found[2] > SLOW * share
+            is_slow = found[2] > SLOW_CONVERGENCE * share
             at, residual, share, fraction = found
             iterations.append(Iteration(share, krylov, fraction))
             if is_slow and share <= self.tolerance:
@@ -156,7 +162,7 @@ class Newton:
         try:
             stiffness = self.tangent.at(at)
             self._refuse_loose(at, stiffness)
-            self.factors = stiffness.factors()
+            self.factors = Factors(stiffness)
         except (RuntimeError, np.linalg.LinAlgError):  # a pivot is zero, or an entry not finite
             raise NoEquilibriumError(
                 f"the tangent stiffness is singular at t = {self.forces.time:.6g} s"
@@ -166,10 +172,10 @@ class Newton:
 
     def _refuse_loose(self, at: Configuration, stiffness: Stiffness) -> None:
         """Raise StabilityError if a load acts along a rigid motion that nothing resists."""
-        residual, _ = self.unbalanced(at)
-        reference = max(self.forces.inner_force(), self.mean_force, float(np.linalg.norm(residual)))
+        residual, share = self.unbalanced(at)
         along = stiffness.loose.T @ (stiffness.loose @ residual)
-        if np.linalg.norm(along) > np.sqrt(self.tolerance) * reference:
+        of_all = float(np.linalg.norm(along) / max(float(np.linalg.norm(residual)), 1e-300))
+        if share * of_all > np.sqrt(self.tolerance):
             raise StabilityError(
                 f"nothing holds the model against {named_motion(self.forces, at, along)}, and "
                 f"a load acts along it, at t = {self.forces.time:.6g} s",
@@ -188,18 +194,17 @@ class Newton:
             return np.zeros_like(v)
         step = self._difference / largest
         self.products += 1
-        ends = [self.forces.residual(self.forces.moved(at, s * step * v)) for s in (-1.0, 1.0)]
-        resisted: np.ndarray = (ends[0] - ends[1]) / (2.0 * step)
+        resisted: np.ndarray = self.forces.resisting(at, step * v) / step
         return resisted + self.factors.stiffness.holding(v)
 
     def step(self, at: Configuration, residual: np.ndarray, share: float) -> tuple[np.ndarray, int]:
         """Return dq (size,) of K dq = R, and the iterations of GMRES that it took."""
         # In proportion to the share: quadratic convergence, but no further than is asked for.
-        accuracy = max(1e-6, min(1e-3, share), 0.1 * TIGHTER * self.tolerance / share)
+        accuracy = max(1e-6, min(1e-3, share), 0.1 * SOUGHT_OVER_REQUIRED * self.tolerance / share)
         if self.factors is None:
             self.renew(at)
         assert self.factors is not None
-        length = OF_STEP * float(np.abs(self.factors.solve(residual)).max())
+        length = DIFFERENCE_OVER_STEP * float(np.abs(self.factors.solve(residual)).max())
         shortest, longest = self._differences
         self._difference = min(max(length, shortest), longest)
         try:
@@ -212,7 +217,7 @@ class Newton:
     ) -> tuple[np.ndarray, int]:
         """Return dq as `step`, with factors that are renewed if they are stale."""
         step, count, is_solved = self.solve(at, residual, accuracy)
-        is_stale = count > STALE * self.tangent.column_count or not is_solved
+        is_stale = count > PRODUCTS_PER_ASSEMBLY * self.tangent.column_count or not is_solved
         if is_stale and self._is_old(at):
             self.renew(at)
             step, count, is_solved = self.solve(at, residual, accuracy)
@@ -267,12 +272,6 @@ class Newton:
 
 # -------------------------------------------------------------------------------------------------
 # Load steps: as long as the rows of the history allow, halved where Newton's method fails.
-
-ROUND_OFF = 0.1
-"""Share of unbalanced forces at the start below which they are round-off of an unloaded body."""
-
-SHORTEST_STEP = 2.0**-12
-"""Shortest load step over the one that is asked for, below which the run stops."""
 
 
 class LoadSteps:

@@ -8,7 +8,8 @@ adds a matrix k (de/dL) g (x) g of rank one, where g = dL/dx. It is kept apart, 
 corrected by the formula of Woodbury.
 
 Newton's method uses K to precondition the exact product with a direction (`StaticForces`), so that
-what the pattern lacks costs iterations, not accuracy. `error` measures what it lacks.
+what the pattern lacks costs iterations, not accuracy. `SmallVibrations.error` (modes.py) measures
+what it lacks.
 """
 
 from dataclasses import dataclass, replace
@@ -22,10 +23,25 @@ from scipy.sparse.linalg import splu
 
 from softsim.compute import fields
 from softsim.model import Model
-from softsim.solver.rest_stiffness import STEP, colours, coupled_pairs, incidence
+from softsim.solver.rest_stiffness import (
+    STEP,
+    colours,
+    coupled_pairs,
+    incidence,
+    shortest_edges,
+)
 from softsim.solver.stiffness_bound import volume_gradient
 from softsim.statics.forces import Configuration, StaticForces
 from softsim.structures.pulled_cable import PulledCable
+
+SHIFT = 1e-9
+"""Stiffness that factors add to each coordinate of a loose piece, over the mean of the diagonal."""
+
+ROUND_OFF = 1e-8
+"""Entry of the stiffness over the mean of the diagonal, below which it couples nothing."""
+
+RIGID = 1e-7
+"""Stiffness of a rigid motion over the mean of the diagonal, below which it is round-off."""
 
 
 class Tangent:
@@ -38,7 +54,10 @@ class Tangent:
         self.forces, self.model = forces, forces.model
         scenario = forces.solver.scenario(0)
         self.cables = [(c, scenario.term_of(c).elongation) for c in self.model.of_kind(PulledCable)]
-        self.steps = STEP * shortest_edges(self.model)
+        edges = np.full(len(self.model.points), np.inf)
+        for body in self.model.bodies:
+            edges[body.nodes] = shortest_edges(body.points, body.cells)
+        self.steps = STEP * np.where(np.isfinite(edges), edges, edges.min())
         self.fixed_pairs = fixed_pairs(self.model)
         self._touching = np.zeros((0, 2), dtype=int)
         self._colour(self.fixed_pairs)
@@ -158,8 +177,7 @@ class Tangent:
         for coordinate in range(forces.counts[0], forces.size):
             along = np.zeros(forces.size)
             along[coordinate] = step
-            ends = [forces.residual(forces.moved(where, sign * along)) for sign in (-1.0, 1.0)]
-            columns.append(sp.csc_matrix((0.5 * (ends[0] - ends[1]) / step)[:, None]))
+            columns.append(sp.csc_matrix(forces.resisting(where, along)[:, None] / step))
         return sp.hstack([sp.vstack([gathered, volumes]), *columns]).tocsr()
 
     def _volume_rows(self, where: Configuration) -> np.ndarray:
@@ -216,10 +234,6 @@ class Stiffness:
         product: np.ndarray = self.hold * (self.loose.T @ (self.loose @ v))
         return product
 
-    def factors(self) -> "Factors":
-        """Return the factors, with which systems are solved."""
-        return Factors(self)
-
 
 class Factors:
     """LU factors of a tangent stiffness, with its parts of rank one by Woodbury's formula."""
@@ -257,16 +271,6 @@ class Factors:
         pivots = self.lu.U.diagonal()[self.lu.perm_c]
         others, pressures = np.split(pivots, [len(pivots) - self.stiffness.pressure_count])
         return int((others < 0.0).sum()) - int((pressures < 0.0).sum())
-
-
-SHIFT = 1e-9
-"""Stiffness that factors add to each coordinate of a loose piece, over the mean of the diagonal."""
-
-ROUND_OFF = 1e-8
-"""Entry of the stiffness over the mean of the diagonal, below which it couples nothing."""
-
-RIGID = 1e-7
-"""Stiffness of a rigid motion over the mean of the diagonal, below which it is round-off."""
 
 
 def loose_motions(forces: StaticForces, where: Configuration, stiffness: Stiffness) -> np.ndarray:
@@ -357,17 +361,3 @@ def pairs_of(model: Model, groups: np.ndarray) -> sp.csr_matrix:
     pairs = (moves.T @ moves @ moving).tocsr()
     pairs.eliminate_zeros()
     return pairs
-
-
-def shortest_edges(model: Model) -> np.ndarray:
-    """Return the shortest distance (n,) [m] of each node from the others of its elements.
-
-    Nodes without elements get the smallest of all.
-    """
-    shortest = np.full(len(model.points), np.inf)
-    for body in model.bodies:
-        corners = body.points[body.cells]
-        apart = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3)
-        apart[apart == 0.0] = np.inf
-        np.minimum.at(shortest, body.cells + body.first_node, apart.min(axis=2))
-    return np.where(np.isfinite(shortest), shortest, shortest.min())

@@ -144,7 +144,7 @@ def test_a_section_with_the_found_factor_and_offset_presses_as_it_should(tmp_pat
         assert found["stiffness"][axis]["ratio"] > 1.0
         assert found["stiffness"][axis]["reference"]["unrest"] < 0.05
     said = yaml.safe_load(
-        done.stdout[done.stdout.index("# the section") : done.stdout.index("# or")]
+        done.stdout[done.stdout.index("# section as") : done.stdout.index("# alternative")]
     )
     assert said["loads"]["air"]["factor"] == pytest.approx(found["factor"], rel=1e-3)
 

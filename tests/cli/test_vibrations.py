@@ -54,3 +54,41 @@ def test_what_modes_refuses(softsim, write_scene, tmp_path):
     assert one.exit_code == 2 and "'push=1' is one value" in one.stderr
     nothing = softsim("modes", tmp_path)
     assert nothing.exit_code == 2 and "is not a run folder" in nothing.stderr
+
+
+SHAKEN = """
+bodies:
+  b: {mesh: {generator: block, length: 4 mm, height: 2 mm, element_size: 1 mm},
+      formulation: plane_strain, thickness: 4 mm, material: dragon_skin_10, position: [0 mm, 1 mm]}
+rigid_bodies:
+  lid: {mass: 2 g, inertia: 1 g*mm^2, center: [0 mm, 2.1 mm], tied: [b.top]}
+environment: {walls: {floor: {kind: plane}}}
+loads: {motor: {kind: sinusoidal_force, acts_on: lid, amplitude: FORCE, frequency: 100 Hz}}
+output: {probes: {top: {kind: displacement, nodes: b.top}}}
+time: {end: 1 s}
+"""
+
+
+@pytest.mark.physics
+@pytest.mark.starts(2)
+@pytest.mark.parametrize("force, is_small", [("1 uN", True), ("1 N", False)])
+def test_a_response_says_where_contact_opens(softsim, write_scene, tmp_path, force, is_small):
+    scene = write_scene(SHAKEN.replace("FORCE", force))
+    options = ["--points", "5", "--device", "cpu", "--out", tmp_path / "out"]
+    done = softsim("response", scene, *options)
+    assert done.exit_code == 0, done.stderr
+    said = re.sub(r"\s+", " ", done.stdout)
+    assert "5 of 10 points touch" in said and "top_y" in said
+    assert ("warning: at" in said and "run the scene in time" in said) != is_small
+    rows = (tmp_path / "out" / "response.csv").read_text().splitlines()
+    assert rows[0].startswith("motor,frequency [Hz],force [N],contact_changes,lid_x amplitude [m]")
+    assert [row.split(",")[1] for row in rows[1:]] == ["10", "57.5", "100", "105", "152.5", "200"]
+    assert (tmp_path / "out" / "response.png").stat().st_size > 5000
+
+
+def test_what_a_response_refuses(softsim, write_scene):
+    scene = write_scene(SCENE.replace("PROCEDURE", "dynamic"))
+    without = softsim("response", scene)
+    assert without.exit_code == 2 and "the scene has no motor" in without.stderr
+    wrong = softsim("response", scene, "--frequencies", "20..10 Hz")
+    assert wrong.exit_code == 2 and "'20..10 Hz' is not a range of frequencies" in wrong.stderr

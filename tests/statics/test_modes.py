@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from softsim.compute.machine import Choice
 from softsim.errors import SceneError
 from softsim.run.equilibrium import LoadRange, Preloaded, scene_with_loads
 from softsim.solver.natural_modes import movable_bodies, natural_modes
@@ -53,13 +52,11 @@ time: {{end: 1 s}}
 
 
 @pytest.fixture
-def loaded_to_the_end(kernel_cache, monkeypatch, write_scene):
+def loaded_to_the_end(equilibria):
     """Load a scene text up to its end."""
-    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
 
     def made(text: str, *loads: LoadRange) -> Preloaded:
-        scene = scene_with_loads(write_scene(text), [], loads)
-        state = Preloaded(scene, Choice("cpu", 1))
+        state = equilibria(text, *loads)
         state.reach(state.end)
         return state
 
@@ -87,8 +84,8 @@ def test_eliminated_unknowns_against_dense_matrices(loaded_to_the_end, text):
 
 
 def test_modes_at_rest_are_those_of_the_body(loaded_to_the_end, restart):
-    """Without load: static frequencies and effective masses are those of natural_modes.py. The
-    dynamic ones are lower by what compression takes: it does not grow with the frequency.
+    """Without load, static frequencies and effective masses are those of natural_modes.py. The
+    dynamic ones are lower by what compression takes, which does not grow with the frequency.
     """
     text = BEAM.split("rigid_bodies")[0] + RUBBER.replace("MORE", PRONY) + "\ntime: {end: 1 s}\n"
     state = loaded_to_the_end(text + "environment: {gravity: 0 m/s^2}\n")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from softsim.report.mode_shapes import FARTHEST, STEEPEST, amplitude, draw_modes, frames_of
+from softsim.report.vibrations import FARTHEST, STEEPEST, amplitude, draw_modes, frames_of
 from softsim.solver.natural_modes import NaturalMode, NaturalModes
 
 LENGTH = 8e-3

@@ -1,0 +1,79 @@
+"""Harmonic response about an equilibrium: small motions Re(u exp(i omega t)) under a force.
+
+The amplitude u of the free coordinates for a force of amplitude f follows from
+
+    [K + sum_b g_b(omega) K_b - omega^2 M] u = f,
+
+with stiffness, branches and inertia as for the modes (modes.py). It is solved at each frequency:
+no mode is left out, and any damping by the Maxwell branches is exact.
+"""
+
+from contextlib import nullcontext
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+from scipy.spatial.transform import Rotation
+
+from softsim.loads.rotor import CarriedRotor, Rotor
+from softsim.statics.modes import SmallVibrations, contact_points
+
+PHASES = 8
+"""Number of states of a cycle in which contact is looked at."""
+
+
+class HarmonicResponse:
+    """Amplitudes of a model that vibrates about an equilibrium. Vectors (u,) are complex."""
+
+    def __init__(self, vibrations: SmallVibrations) -> None:
+        self.vibrations, self.forces = vibrations, vibrations.forces
+
+    @cached_property
+    def branches(self) -> list[sp.csc_matrix]:
+        """Stiffness of the Maxwell branches of each term of elements."""
+        return self.vibrations.branch_stiffnesses()
+
+    def motion(self, frequency: float, force: np.ndarray) -> np.ndarray:
+        """Return u (u,) [m] under a force (u,) [N] of a frequency [Hz]."""
+        of, omega = self.vibrations, 2.0 * np.pi * frequency
+        dynamic = of.bordered - omega**2 * of.inertia
+        for growth, branch in zip(of.growth(frequency), self.branches, strict=True):
+            dynamic = dynamic + growth * branch
+        lu = splu(dynamic.astype(complex).tocsc(), permc_spec="MMD_AT_PLUS_A")
+        found: np.ndarray = lu.solve(np.pad(force.astype(complex), (0, of.border)))[: of.size]
+        return found
+
+    def force_of(self, motor: Rotor, frequency: float) -> np.ndarray:
+        """Return the force (u,) [N] of a motor that runs at a frequency [Hz] at full speed.
+
+        omega t is the angle of an eccentric mass, or the phase of a sinusoidal force.
+        """
+        rotor, at = motor.at_frequency(motor.rotor, frequency, 0.0), self.vibrations.at
+        in_body = rotor.cosine - 1j * rotor.sine if np.any(rotor.cosine) else rotor.sine
+        d = len(in_body)
+        turn = np.eye(3)
+        if isinstance(motor, CarriedRotor):  # its directions turn with the body
+            turn = Rotation.from_quat(at.turns[motor.body]).as_matrix()
+        on_bodies = np.zeros(self.forces.free_moves.shape, dtype=complex)
+        on_bodies[motor.body] = turn[:d, :d] @ in_body
+        nodes, _, turns, _ = self.forces.counts
+        moved = on_bodies[self.forces.free_moves]
+        return np.concatenate([np.zeros(nodes), moved, np.zeros(turns)])
+
+    def contact_changes(self, motion: np.ndarray) -> int:
+        """Return how many points begin or cease to touch, or begin to slip, at most, in a cycle.
+
+        Above zero the amplitude is not small. Points that slide freely do not begin to slip.
+        """
+        of, forces, found = self.vibrations, self.forces, 0
+        padded = np.pad(motion, (0, forces.counts[3]))
+        with of.vibrating() if of.friction == "slip" else nullcontext():
+            forces.residual(of.at)
+            touching, slipping = contact_points(forces)
+            for angle in 2.0 * np.pi * np.arange(PHASES) / PHASES:
+                forces.residual(forces.moved(of.at, (padded * np.exp(1j * angle)).real))
+                touches, slips = contact_points(forces)
+                changed = (touches != touching) | (touches & slips & ~slipping)
+                found = max(found, int(changed.sum()))
+        return found
