@@ -411,6 +411,11 @@ class Model:
         """Pressure of the robot's chamber, or None."""
         return next((p for p in self.pressures if p.name == self.robot.chamber), None)
 
+    @property
+    def takes_load_steps(self) -> bool:
+        """True if a static procedure finds its equilibria by Newton's method."""
+        return self.relaxation is not None and self.relaxation.by_newton
+
     def of_kind(self, kind: type[T]) -> tuple[T, ...]:
         """Return the loads and structures of a kind, in the order of the scene."""
         return tuple(x for x in (*self.structures, *self.loads) if isinstance(x, kind))

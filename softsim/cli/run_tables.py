@@ -146,19 +146,26 @@ def duration_table(predicted: Duration, model: Model, choice: Choice) -> Table:
     workers = f"{predicted.threads} thread{'s' if predicted.threads > 1 else ''}"
     device = choice.device_for(model.corner_count)
     place = device if device == "cuda" else f"{device}, {workers}"
-    settling = ", plus the time to reach equilibrium" if model.relaxation is not None else ""
+    steps, settling = "increments", ""
+    if model.takes_load_steps:
+        steps = "load steps"
+    elif model.relaxation is not None:
+        settling = ", plus the time to reach equilibrium"
     table.add_row(
         "expected",
         f"about {duration(predicted.total)}{settling}: start {duration(predicted.start)}, "
-        f"{predicted.increment_count:.3g} increments {duration(predicted.loop)}, figures "
+        f"{predicted.increment_count:.3g} {steps} {duration(predicted.loop)}, figures "
         f"{duration(predicted.figures)}",
     )
     part = "" if predicted.covered == 1.0 else f"the first {100.0 * predicted.covered:.0f} % of "
-    table.add_row(
-        "measured",
+    measured = (
         f"{predicted.rate / 1e6:.1f} M element updates/s ({place}), in a short trial run with "
-        f"{part}the load history compressed in time",
+        f"{part}the load history compressed in time"
     )
+    if model.takes_load_steps:
+        each = duration(predicted.loop / predicted.increment_count)
+        measured = f"{each} a load step ({place}), in a trial run over {part}the load history"
+    table.add_row("measured", measured)
     return table
 
 

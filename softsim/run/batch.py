@@ -283,10 +283,10 @@ class Batch:
 
 def kind_of_run(model: Model) -> type[Run]:
     """Return the class of the runs of a model and its scenarios; a static one has none."""
-    relaxation = model.relaxation
-    if relaxation is None or not relaxation.by_newton:
+    if not model.takes_load_steps:
         return Run
-    return PathRun if relaxation.follows_path else StaticRun
+    assert model.relaxation is not None
+    return PathRun if model.relaxation.follows_path else StaticRun
 
 
 @contextmanager

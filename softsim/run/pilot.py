@@ -6,7 +6,8 @@ increments, with the run's own mesh, guards, history and frames. If its loads ar
     time of the run's loop = k x time of the pilot's loop,
 because an increment costs the same and the step shrinks by as much at the same load. Assumed: the
 body follows its loads closely enough for that, and nothing else keeps the machine busy. A static
-run goes on past its end time until forces balance, which nobody knows beforehand: left out.
+run by relaxation goes on past its end time until forces balance, which nobody knows beforehand:
+left out. A static run by Newton's method is tried with its own loads, k = 1, for some load steps.
 """
 
 import tempfile
@@ -44,9 +45,10 @@ class Duration:
     """Estimated parts of the duration of a run [s]: `start`, `loop`, `figures`.
 
     start: up to the first increment. prepared: part of `start` after the model is built, which the
-    next run of a process takes again. increment_count: increments to be done. rate: element updates
-    per second in the loop. threads: CPU threads that share them. covered: fraction of the load
-    history that the trial run covered. stopped: why a guard stopped it there; empty if none did.
+    next run of a process takes again. increment_count: increments, or load steps, to be done. rate:
+    element updates per second in the loop, of increments. threads: CPU threads that share them.
+    covered: fraction of the load history that the trial run covered. stopped: why a guard stopped
+    it there; empty if none did.
     """
 
     start: float
@@ -67,7 +69,7 @@ class Duration:
 
 @dataclass(frozen=True)
 class Mark:
-    """State of a trial run: wall time [s], simulated time [s], increments done."""
+    """State of a trial run: wall time [s], simulated time [s], increments or load steps done."""
 
     wall: float
     simulated: float
@@ -118,6 +120,8 @@ def predicted_duration(
 
 def pilot_speed(model: Model) -> float:
     """Return the factor of the load rate of the trial run; 1 if the run itself is short enough."""
+    if model.takes_load_steps:
+        return 1.0
     return max(1.0, model.end_time / first_time_increment(model) / PILOT_INCREMENTS)
 
 
@@ -155,14 +159,18 @@ def extrapolated(marks: list[Mark], end: float) -> tuple[float, float, float]:
 def _first_increment(
     loaded: LoadedScene, model: Model, target: RunFolder, choice: Choice
 ) -> tuple[Batch, float]:
-    """Return the trial run after one increment, which compiles, and its wall time [s]."""
+    """Return the trial run after one increment, which compiles, and its wall time [s].
+
+    A run by load steps has compiled before its first one.
+    """
     began = time.perf_counter()
     files = RunFiles(loaded, model, target, SILENT)
     pilot = Batch([files], choice, [()])
     # A layout's verdict says nothing here: the loads are faster, the robot is not.
     pilot.runs[0].stop_conditions.clear()
     pilot.write_due()
-    pilot.solver.advance(1)
+    if not model.takes_load_steps:
+        pilot.solver.advance(1)
     return pilot, time.perf_counter() - began
 
 
@@ -204,13 +212,13 @@ def _stopped(run: Run, factor: float) -> str:
     }
     told = ", ".join(f"'{name}' at {1e-3 * pressure:.3g} kPa" for name, pressure in gauges.items())
     shown = f" with {told}" if told else ""
-    return (
-        f"the trial run, with loads applied {factor:.3g} times as fast, was stopped{shown}: "
-        f"{run.outcome.message}"
-    )
+    faster = "" if factor == 1.0 else f", with loads applied {factor:.3g} times as fast,"
+    return f"the trial run{faster} was stopped{shown}: {run.outcome.message}"
 
 
 def _is_done(run: Run) -> bool:
-    """Return True at the end time, or when the last cycle is over."""
+    """Return True at the end time, or when the last cycle is over, or a path is complete."""
+    if run.model.takes_load_steps:
+        return run.finished
     cycles = run.model.cycles
     return run.has_reached_end() or (cycles is not None and run.loop.cycles_done() >= cycles)

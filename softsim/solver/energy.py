@@ -69,7 +69,7 @@ class EnergyReader:
         self.serially, self.parts = backend.device().name == "cpu", backend.device().parts
         self.in_parts = np.zeros((solver.scenarios, self.parts, 7))
         self.readings = self.in_parts.sum(axis=1)
-        self.rests = [m.relaxation is not None and m.relaxation.by_newton for m in solver.models]
+        self.rests = [model.takes_load_steps for model in solver.models]
 
     def update(self) -> None:
         """Compute the current energies of all scenarios, which `of_scenario` returns."""

@@ -519,8 +519,9 @@ def cost_in_pilot(job: Job, device: str) -> Cost:
     model = ready_model(loaded, choice)
     built_in = time.perf_counter() - began
     found = predicted_duration(loaded, model, choice)
+    steps = "load steps" if model.takes_load_steps else "increments"
     basis = (
-        f"{found.increment_count:.3g} increments each, estimated from a short trial run of case "
+        f"{found.increment_count:.3g} {steps} each, estimated from a short trial run of case "
         f"{job.case.number} over {100.0 * found.covered:.0f} % of its load history, alone on "
         "this machine and with its steps; less if a verdict ends a run early"
     )

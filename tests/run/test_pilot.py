@@ -103,6 +103,19 @@ def test_a_guard_that_stops_the_pilot_is_told(write_scene, kernel_cache, monkeyp
     assert f"was stopped {gauges}: the energy balance is off" in foreseen.stopped
 
 
+@pytest.mark.physics
+def test_load_steps_are_counted(write_scene, kernel_cache, monkeypatch):
+    """A static scene has a load step for each row of the history; its loads are not faster."""
+    from softsim.builder import build_model
+
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    static = ["time.procedure=static", "conditions={}", "bodies.b.fixed=[left]",
+              "loads.push.nodes=b.right"]  # fmt: skip
+    loaded = load_scene(write_scene(BLOCK), [*static, "output.history_interval=5 ms"])
+    foreseen = predicted_duration(loaded, build_model(loaded), choose("cpu", 1))
+    assert (foreseen.increment_count, foreseen.covered, foreseen.stopped) == (10, 1.0, "")
+
+
 @pytest.mark.slow
 def test_the_step_of_a_ballooning_skin_is_foreseen(tmp_path):
     """The step shrinks tenfold: of the step at rest alone the guess would be five times too low.
@@ -113,7 +126,7 @@ def test_the_step_of_a_ballooning_skin_is_foreseen(tmp_path):
     from softsim.builder import build_model
     from softsim.run import run
 
-    loaded = load_scene(SCENES / "skin_inflation.yaml")
+    loaded = load_scene(SCENES / "skin_inflation.yaml", ["time.method=relaxation"])
     foreseen = predicted_duration(loaded, build_model(loaded), choose("cpu", 1), pilot_time=60.0)
     run(loaded, out=tmp_path / "out", device="cpu", threads=1)
     done = json.loads((tmp_path / "out" / "summary.json").read_text())
