@@ -235,6 +235,7 @@ def relaxation(names: Names) -> Relaxation | None:
     if time.procedure == "dynamic":
         refuse_steady_probe(names)
         refuse_method(names)
+        refuse_derivatives(names)
         return None
     longest = LONGEST_RELAXATION if time.settle is None else time.settle
     by_default = "newton" if time.settle is None and time.until is None else "relaxation"
@@ -247,9 +248,21 @@ def relaxation(names: Names) -> Relaxation | None:
             "relaxation does not follow a path of equilibria",
             "write method: newton, or leave `control` out",
         )
+    if follows_path or not by_newton:
+        refuse_derivatives(names)
     return Relaxation(
         longest, tolerance, steady_probe(names), by_newton=by_newton, follows_path=follows_path
     )
+
+
+def refuse_derivatives(names: Names) -> None:
+    """Raise SceneError if a run without load steps of Newton's method asks for derivatives."""
+    if names.scene.output.derivatives is not None:
+        raise names.loaded.error(
+            ("output", "derivatives"),
+            "derivatives need a static run by Newton's method",
+            "write time.procedure: static, without settle, until, and control: arc_length",
+        )
 
 
 def refuse_method(names: Names) -> None:

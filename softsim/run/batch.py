@@ -56,13 +56,9 @@ class ReusedSolver:
 
     That saves the start of Taichi and the tracing and loading of kernels. Results have the same
     bits as those of a new solver. The batch before must have ended.
-
-    only_numbers: the models are those of one scene of which only numbers vary, such as material
-    constants and dimensions; they share a solver as long as their meshes have the same elements.
     """
 
-    def __init__(self, only_numbers: bool = False) -> None:
-        self.only_numbers = only_numbers
+    def __init__(self) -> None:
         self._last: tuple[Choice, backend.Device, ExplicitSolver, EnergyReader] | None = None
 
     def __call__(self, models: list[Model], choice: Choice) -> tuple[ExplicitSolver, EnergyReader]:
@@ -70,15 +66,26 @@ class ReusedSolver:
         if self._last is not None:
             chosen, device, solver, reader = self._last
             is_there = chosen == choice and backend.device() is device
-            if is_there and (
-                solver.take_models(models)
-                or (self.only_numbers and solver.take_variation(models[0]))
-            ):
+            if is_there and self.takes(solver, models):
                 return solver, reader
         self._last = None
         solver, reader = new_solver(models, choice)
         self._last = choice, backend.device(), solver, reader
         return solver, reader
+
+    def takes(self, solver: ExplicitSolver, models: list[Model]) -> bool:
+        """Replace the models of a solver; return False if they have another structure."""
+        return solver.take_models(models)
+
+
+class VariedSolver(ReusedSolver):
+    """Maker of solvers for models of one scene of which only numbers vary, one at a time.
+
+    Static models share a solver as long as their meshes have the same elements.
+    """
+
+    def takes(self, solver: ExplicitSolver, models: list[Model]) -> bool:
+        return solver.take_variation(models[0])
 
 
 class Batch:

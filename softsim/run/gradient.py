@@ -15,7 +15,7 @@ dimension.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,14 +23,17 @@ from softsim.builder import build_model
 from softsim.errors import SimulationError, StabilityError
 from softsim.model import Model
 from softsim.output.observation import Observer
-from softsim.run.statics import StaticRun
 from softsim.scene.loading import Loaded, keys_at, overridden, validated_as
+from softsim.scene.measures import WITHOUT_DERIVATIVE
 from softsim.scene.quantities import Spec
 from softsim.scene.schema import Scene
 from softsim.scene.text import Option, place_in
 from softsim.solver.energy import EnergyBalance, EnergyReader
 from softsim.solver.explicit import ExplicitSolver
 from softsim.statics.forces import TRIAL_DURATION, Configuration, StaticForces
+
+if TYPE_CHECKING:
+    from softsim.run.statics import StaticRun
 
 STEP = 3e-6
 """Difference h of a parameter over its value, for central differences."""
@@ -58,13 +61,6 @@ ROUND_OFF = 1e-10
 
 VISCOUS = 1e-7
 """Bound of the dashpot forces over the internal ones, at the rates of TRIAL_DURATION."""
-
-WITHOUT_DERIVATIVE = (
-    "time", "cycles_done", "contact_count", "contact_area", "rows_in_contact", "slip_share",
-    "kinetic_energy", "external_work", "friction_dissipation", "viscous_dissipation",
-    "energy_error", "unbalanced_share",
-)  # fmt: skip
-"""Columns that are counts, errors, or sums over the load steps."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +116,7 @@ class Evaluation:
     row: dict[str, float]
 
 
-def derivatives(run: StaticRun, paths: Sequence[str]) -> dict[str, dict[str, float]]:
+def derivatives(run: "StaticRun", paths: Sequence[str]) -> dict[str, dict[str, float]]:
     """Return path -> column of the history -> derivative, SI, at the last equilibrium of a run.
 
     Columns without a derivative are left out.
@@ -153,7 +149,7 @@ def derivatives(run: StaticRun, paths: Sequence[str]) -> dict[str, dict[str, flo
 
 
 def _total(
-    run: StaticRun, at: Configuration, p: Parameter, partial: Evaluation
+    run: "StaticRun", at: Configuration, p: Parameter, partial: Evaluation
 ) -> dict[str, float]:
     """Return the derivatives of all columns, from those at the same displacements."""
     h = p.step
@@ -169,7 +165,7 @@ def _total(
     }
 
 
-def _solved(run: StaticRun, at: Configuration, force: np.ndarray, h: float) -> np.ndarray:
+def _solved(run: "StaticRun", at: Configuration, force: np.ndarray, h: float) -> np.ndarray:
     """Return v = dq/dp of K v = dR/dp `force` (size,).
 
     Differences of the forces over the displacement h v have far less round-off than those over the
@@ -203,7 +199,7 @@ class Elsewhere:
     Raises SimulationError for a state that depends on its path.
     """
 
-    def __init__(self, run: StaticRun, at: Configuration) -> None:
+    def __init__(self, run: "StaticRun", at: Configuration) -> None:
         self.run, self.at = run, at
         self.model, self.time, self.load_time = run.model, run.scenario.time, run.forces.time
         self.solver, self.reader = run.scenario.solver, run.reader

@@ -34,7 +34,8 @@ class Progress:
 
     time_increment: the step in use [s]. told_step: the stable step that was told last [s]. control:
     state of a controlled pressure. row_count, frame_count: entries of the run's files when the
-    checkpoint was written. warnings: kind -> text of the run's warnings so far.
+    checkpoint was written. warnings: kind -> text of the run's warnings so far. derivatives: those
+    that a static run has computed, with their times.
     """
 
     schedule: StableStepSchedule
@@ -53,6 +54,7 @@ class Progress:
     frame_count: int = 0
     control: ControlState | None = None
     warnings: dict[str, str] = field(default_factory=dict)
+    derivatives: list[dict[str, Any]] = field(default_factory=list)
 
     @classmethod
     def written(cls, numbers: dict[str, Any]) -> "Progress":

@@ -28,11 +28,12 @@ from softsim.output.folder import Checkpoint
 from softsim.output.observation import Pose, frame_pose, wall_forces
 from softsim.run.batch import Batch
 from softsim.run.course import OpenLoop
-from softsim.run.gradient import WITHOUT_DERIVATIVE, derivatives
+from softsim.run.gradient import derivatives
 from softsim.run.record import MemoryRecord
 from softsim.run.scenes import ready_model
 from softsim.run.statics import StaticRun
 from softsim.scene.loading import Loaded, LoadedScene, load_scene, scene_of, scene_said
+from softsim.scene.measures import WITHOUT_DERIVATIVE
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.schema import Scene
 

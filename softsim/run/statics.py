@@ -7,6 +7,7 @@ import numpy as np
 
 from softsim.errors import StabilityError
 from softsim.run.course import INSPECTIONS, KERNEL, Run
+from softsim.run.gradient import Parameter, derivatives
 from softsim.solver.energy import Energies
 from softsim.solver.guards import refuse_broken_elements
 from softsim.statics.arc_length import ArcSteps
@@ -31,6 +32,9 @@ class StaticRun(Run):
         self.newton = Newton(self.forces, self.model.relaxation.tolerance)
         self.steps = LoadSteps(self.newton)
         self.worst_share = 0.0
+        if self.output.derivatives is not None:
+            for path in self.output.derivatives.parameters:
+                Parameter.at(self.files.loaded, path)  # refused now, not after the first equilibria
 
     @property
     def iterations(self) -> list[int]:
@@ -102,6 +106,23 @@ class StaticRun(Run):
                 }
             )
 
+    def write_due(self) -> None:
+        has_new_row = self.row_is_due
+        super().write_due()
+        if has_new_row and self._needs_derivatives():
+            assert self.output.derivatives is not None
+            found = derivatives(self, self.output.derivatives.parameters)
+            self.progress.derivatives.append({"time": self.scenario.time, "of": found})
+
+    def _needs_derivatives(self) -> bool:
+        """Return True if the row just written is the last up to a time at which they are asked."""
+        asked, now = self.output.derivatives, self.scenario.time
+        if asked is None:
+            return False
+        following = np.inf if self.has_reached_end() else self.progress.next_history
+        times = np.array(asked.at or (self.model.end_time,)) * (1.0 + 1e-9)
+        return bool(((now <= times) & (times < following)).any())
+
     def finish(self) -> None:
         """Warn if the last equilibrium is unstable, and set the outcome."""
         with self.clock.spending_on(INSPECTIONS):
@@ -123,7 +144,8 @@ class StaticRun(Run):
 
     def solution(self) -> dict[str, Any]:
         """Return what Newton's method needed, for the summary."""
-        return {
+        found = {"derivatives": self.progress.derivatives} if self.output.derivatives else {}
+        return found | {
             "load_steps": len(self.iterations),
             "newton_iterations": sum(self.iterations),
             "factorisations": self.newton.factorisations,

@@ -32,6 +32,13 @@ NUMBER, LABEL, SHARE = Measure(), Measure(is_label=True), Measure(is_share=True)
 CYCLES, NODES, ROWS = "pressure cycle", "node", "row"
 LENGTHS, PRESSURES = Measure("m", listed=CYCLES), Measure("Pa", listed=CYCLES)
 
+WITHOUT_DERIVATIVE = (
+    "time", "cycles_done", "contact_count", "contact_area", "rows_in_contact", "slip_share",
+    "kinetic_energy", "external_work", "friction_dissipation", "viscous_dissipation",
+    "energy_error", "unbalanced_share",
+)  # fmt: skip
+"""Columns that are counts, errors, or sums over the load steps."""
+
 OF_RUNS = {
     "simulated_time": TIME,
     "wall_time": TIME,

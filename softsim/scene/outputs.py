@@ -12,6 +12,7 @@ from softsim.scene.quantities import (
     PositiveTime,
     SetReference,
     Spec,
+    Text,
     Velocity,
     is_probe,
     written,
@@ -63,6 +64,23 @@ def probe_columns(name: str, kind: str, axes: str) -> list[str]:
     return [f"{name}_{a}" for a in axes] if has_components else [name]
 
 
+class Derivatives(Spec):
+    """Derivatives of the columns of the history with respect to numbers of the scene. They are
+    computed at equilibria of a static run by Newton's method, and stand in summary.json.
+    """
+
+    parameters: tuple[Text, ...] = Field(
+        min_length=1,
+        description="Paths of numbers of the scene, as in --set: materials.rubber.C10. A dimension "
+        "of a mesh must not change the number of its elements.",
+    )
+    at: tuple[PositiveTime, ...] = Field(
+        default=(),
+        description="Load times; taken is the last row of the history up to each of them. Default: "
+        "the last row of the run.",
+    )
+
+
 class Output(Spec):
     """Results to write, and how often."""
 
@@ -87,6 +105,9 @@ class Output(Spec):
     )
     probes: dict[Name, Probe] = Field(
         default={}, description="Additional columns of the history, by name."
+    )
+    derivatives: Derivatives | None = Field(
+        default=None, description="Derivatives in a static run. Default: none."
     )
 
     @field_validator("probes")

@@ -100,9 +100,25 @@ class Interval:
         """Return the number at a fraction of the interval, from 0 to below 1."""
         if self.is_whole:
             return self.low + int(share * (self.high - self.low + 1))
+        return rounded(self.number(share))
+
+    def number(self, share: float) -> float:
+        """Return the number at a fraction of the interval, as if numbers were continuous."""
         if self.logarithmic:
-            return rounded(self.low * (self.high / self.low) ** share)
-        return rounded(self.low + share * (self.high - self.low))
+            return self.low * (self.high / self.low) ** share
+        return self.low + share * (self.high - self.low)
+
+    def share(self, number: float) -> float:
+        """Return the fraction at which a number is, as if numbers were continuous."""
+        if self.logarithmic:
+            return math.log(number / self.low) / math.log(self.high / self.low)
+        return (number - self.low) / (self.high - self.low)
+
+    def slope(self, share: float) -> float:
+        """Return the derivative of `number` over the fraction."""
+        if self.logarithmic:
+            return self.number(share) * math.log(self.high / self.low)
+        return self.high - self.low
 
     def levels(self, count: int) -> tuple[float, ...]:
         """Return `count` evenly spaced numbers, including both ends."""
@@ -194,6 +210,12 @@ class NumberFactor:
     def scene(self, value: Value) -> Path | None:
         """Return None: a number chooses no scene."""
         return None
+
+    @property
+    def size(self) -> float:
+        """Size of the unit of its column in the SI unit of the key."""
+        quantity = self.reading.quantity
+        return 1.0 if quantity is None else units.size_of(self.reading.unit, quantity.unit)
 
     def settings(self, value: Value) -> tuple[Setting, ...]:
         """Return the settings of a value."""

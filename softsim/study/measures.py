@@ -50,6 +50,11 @@ class MeasureColumn(StudyAxis):
         """True if its value is not in the summary."""
         return False
 
+    @property
+    def parts(self) -> "tuple[MeasureColumn, ...]":
+        """Measures from which it is computed: itself."""
+        return (self,)
+
     def si_unit(self, produced: Mapping[str, Measure]) -> str:
         """Return its SI unit; `produced`: name -> measure of a run of the scene."""
         return produced[self.of].unit
@@ -64,6 +69,10 @@ class MeasureColumn(StudyAxis):
         if found is None or isinstance(found, str):
             return found
         return float(found) / self.size
+
+    def derivative(self, summary: Mapping[str, Any], history: History) -> dict[str, float]:
+        """Return path of the scene -> derivative [unit/SI]: nothing is known of a summary's."""
+        return {}
 
 
 @dataclass(frozen=True)
@@ -94,6 +103,11 @@ class HistoryColumn(MeasureColumn):
             return slope(time, values) / self.size if len(time) > 1 else None
         found = taken(values.tolist(), self.take)
         return None if found is None else found / self.size
+
+    def derivative(self, summary: Mapping[str, Any], history: History) -> dict[str, float]:
+        """Return path of the scene -> derivative of the last value [unit/SI] in a static run."""
+        rows = [row for row in summary["derivatives"] if row["time"] <= self.end * (1.0 + 1e-9)]
+        return {path: columns[self.of] / self.size for path, columns in rows[-1]["of"].items()}
 
 
 def slope(time: np.ndarray, values: np.ndarray) -> float:
@@ -214,6 +228,11 @@ class Mismatch(MeasureColumn):
     targets: tuple[Target, ...] = ()
 
     @property
+    def parts(self) -> tuple[MeasureColumn, ...]:
+        """Measures that are to match."""
+        return tuple(target.column for target in self.targets)
+
+    @property
     def reads_history(self) -> bool:
         """True if one of the measures does."""
         return any(target.column.reads_history for target in self.targets)
@@ -226,6 +245,15 @@ class Mismatch(MeasureColumn):
             if found is None:
                 return None
             total += ((float(found) - target.reference) / target.scale) ** 2
+        return total
+
+    def derivative(self, summary: Mapping[str, Any], history: History) -> dict[str, float]:
+        """Return path of the scene -> derivative [1/SI] in a static run, of `last` values."""
+        total: dict[str, float] = {}
+        for target in self.targets:
+            away = float(target.column.value(summary, history) or 0.0) - target.reference
+            for path, slope in target.column.derivative(summary, history).items():
+                total[path] = total.get(path, 0.0) + 2.0 * away / target.scale**2 * slope
         return total
 
 

@@ -261,6 +261,13 @@ class Objective(Spec):
         description="Measure -> deviation from the target that counts as 1, such as {speed: 2 "
         "mm/s}. Default: the target value.",
     )
+    method: Literal["sampling", "gradient"] = Field(
+        default="sampling",
+        description="sampling: trials where earlier ones were good (tree-structured Parzen "
+        "estimator), for any objective. gradient: trials one after the other by the derivatives "
+        "of the measures (L-BFGS-B), from the values of the scene on. It needs a static scene, "
+        "factors with a range, and measures with `take: last` of a column of the history.",
+    )
     trials: WholeNumber | None = Field(
         default=None, ge=1, description="Number of trials; the option --trials overrides it."
     )

@@ -305,9 +305,10 @@ def _fault(job: Job) -> Exception | None:
 def _run_elements(job: Job) -> None:
     from softsim.run.scenes import run_case
 
+    loaded = scene_of(job)
     run_case(
-        scene_of(job), job.folder, chosen_device(job.device), _goes_on(job), job.stop_conditions,
-        _files_of(job), _solver_of_worker(),
+        loaded, job.folder, chosen_device(job.device), _goes_on(job), job.stop_conditions,
+        _files_of(job), _solver_of_worker(loaded.scene.output.derivatives is not None),
     )  # fmt: skip
 
 
@@ -319,14 +320,15 @@ def _files_of(job: Job) -> "type[RunFiles]":
 
 
 @cache
-def _solver_of_worker() -> "ReusedSolver":
+def _solver_of_worker(is_descent: bool) -> "ReusedSolver":
     """Return the maker of this process's solvers.
 
-    A case with the structure of the previous case reuses its solver.
+    A case with the structure of the previous case reuses its solver; trials by derivatives are
+    static cases of which only numbers vary.
     """
-    from softsim.run.batch import ReusedSolver
+    from softsim.run.batch import ReusedSolver, VariedSolver
 
-    return ReusedSolver()
+    return VariedSolver() if is_descent else ReusedSolver()
 
 
 def _run_chain(job: Job) -> None:

@@ -13,18 +13,20 @@ from statistics import mean
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import numpy as np
 import polars
 from rich.console import Console
 
 from softsim.compute.machine import choose, chosen_device, device_of_trials, processor_count
 from softsim.errors import ClusterError, SceneError, SoftsimError
-from softsim.output.folder import CASES, RunFolder
+from softsim.output.folder import CASES, RunFolder, StudyRecord
 from softsim.report.figures import duration
 from softsim.scene.text import nearest
 from softsim.study.axes import Goal
-from softsim.study.cases import DONE, LOST, PRUNED, Case, ChainSource, Source, resolved
+from softsim.study.cases import DONE, LOST, PRUNED, Case, ChainSource, Source, case_key, resolved
 from softsim.study.loading import LoadedStudy, count_text, load_study, study_from
 from softsim.study.schema import Objective
+from softsim.sweep.descent import Descent, SearchEndedError
 from softsim.sweep.engine import WorkerPool, completed, pool_for
 from softsim.sweep.job import (
     NOTHING_LEFT,
@@ -207,24 +209,22 @@ def optimize(
         The process received SIGINT or SIGTERM. The same call continues with the trials in
         progress.
     """
-    from softsim.sweep.trials import TrialJobs, Trials  # imports optuna
-
     objective, goal, count = asked(study, count)
     console = console or Console()
     RunFolder(folder / CASES)  # is made here, or refused
     column = next(measure for measure in study.measures if measure.name == goal.measure)
+    if objective.method == "gradient":
+        search = Descent(study, column, goal.sense)
+        return descend(search, folder, pool, device, count, console, simulate)
+    from softsim.sweep.trials import TrialJobs, Trials  # imports optuna
+
     trials = Trials(folder, study.search_space, column, goal.sense, objective.seed)
     table = StudyTable(study.factors, study.measures)
     plan = TrialJobs(folder.resolve(), column, objective.prune, device, study.study.keep)
     for trial in trials.ended():
         table.note(*plan.stored(study.case(trial.number, trial.values)))
     console.print(f"{count} trials, {len(table.rows)} of them stored")
-    record = replace(
-        record_of(study, count),
-        repeats=1,
-        plots=study.plots if study.study.plots else (),
-        bisection=None,
-    )
+    record = record_of_trials(study, count)
     left = max(0, count - len(table.rows))
 
     def note(job: Job, outcome: Outcome) -> None:
@@ -247,6 +247,53 @@ def optimize(
             with pool as workers:
                 for ended in completed(jobs(), workers, (LOST,), 1, ledger.keep_up, simulate):
                     note(*ended)
+    return table.frame()
+
+
+def record_of_trials(study: LoadedStudy, count: int) -> StudyRecord:
+    """Return the record of an optimisation with `count` trials."""
+    plots = study.plots if study.study.plots else ()
+    return replace(record_of(study, count), repeats=1, plots=plots, bisection=None)
+
+
+def descend(
+    search: Descent,
+    folder: Path,
+    pool: AbstractContextManager[WorkerPool],
+    device: str,
+    count: int,
+    console: Console,
+    simulate: Simulate,
+) -> polars.DataFrame:
+    """Run trials by derivatives, `count` at most; return their table, as `optimize`."""
+    study, column = search.study, search.column
+    table = StudyTable(study.factors, study.measures)
+    known: dict[bytes, tuple[float, np.ndarray]] = {}
+    console.print(f"at most {count} trials, one after the other")
+    with kept_ledger(folder, record_of_trials(study, count), table, count, console) as ledger:
+
+        def evaluate(x: np.ndarray) -> tuple[float, np.ndarray]:
+            if x.tobytes() in known:
+                return known[x.tobytes()]
+            if len(table.rows) == count:
+                raise SearchEndedError(f"not converged within {count} trials: --trials allows more")
+            case = search.case(len(table.rows) + 1, x)
+            key = case_key(resolved(case))
+            job = Job(case, key, folder.resolve() / CASES / key, device, study.study.keep)
+            for ended, outcome in completed(
+                iter([job]), workers, (LOST,), 1, ledger.keep_up, simulate
+            ):
+                ledger.note(ended, outcome)
+                if outcome.status != DONE:
+                    raise SearchEndedError(f"trial {case.number} failed: {outcome.reason}")
+                history = history_of(ended, [column])
+                known[x.tobytes()] = search.value(x, outcome.summary, history)
+            return known[x.tobytes()]
+
+        with pool as workers:
+            reason = search.search(evaluate, count)
+        ledger.progress.expect(0)
+    console.print(f"{len(table.rows)} trials, {reason}", highlight=False)
     return table.frame()
 
 

@@ -1,0 +1,155 @@
+"""Optimisation of a static scene by the derivatives of its measures.
+
+L-BFGS-B (Byrd et al. 1995, SIAM J. Sci. Comput. 16:1190-1208, implemented in scipy) varies the
+factors within their ranges, one trial after the other. A trial is a static run that computes its
+derivatives (run/gradient.py). The trials depend on the results of earlier ones alone: repeated, an
+optimisation finds its stored trials and continues.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from softsim.errors import SceneError
+from softsim.scene.loading import keys_at
+from softsim.scene.measures import WITHOUT_DERIVATIVE
+from softsim.scene.text import nearest
+from softsim.study.cases import Case
+from softsim.study.composition import Composition
+from softsim.study.design import value_at
+from softsim.study.factors import Interval, NumberFactor
+from softsim.study.loading import LoadedStudy
+from softsim.study.measures import MAXIMIZE, History, HistoryColumn, MeasureColumn
+
+RANGE = 10.0
+"""Scaled range of a factor: the first step of L-BFGS-B has the length 1, a tenth of it."""
+
+FLAT, SMALL = 1e-4, 1e-9
+"""Gradient over that of the start, and relative change of the objective, that end the search."""
+
+
+class SearchEndedError(Exception):
+    """The search is over: all trials are used, or one has failed."""
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """Factor of a descent with its range."""
+
+    factor: NumberFactor
+    space: Interval
+
+    def value(self, x: float) -> float:
+        """Return the value in the unit of the factor, at a scaled number x from 0 to RANGE."""
+        return float(f"{self.space.number(x / RANGE):.12g}")
+
+    def scaled(self, value: float) -> float:
+        """Return the scaled number of a value."""
+        return RANGE * self.space.share(value)
+
+    def slope(self, x: float) -> float:
+        """Return the derivative of the value, SI, over its scaled number."""
+        return self.factor.size * self.space.slope(x / RANGE) / RANGE
+
+
+class Descent:
+    """Objective of a study as a function of its scaled factors (k,), with its gradient.
+
+    Raises SceneError if a factor or a measure has no derivative.
+    """
+
+    def __init__(self, study: LoadedStudy, column: MeasureColumn, sense: str) -> None:
+        self.study, self.column = study, column
+        self.sign = -1.0 if sense == MAXIMIZE else 1.0
+        self.dimensions = [self._dimension(factor) for factor in study.composition.factors]
+        self.parts = column.parts
+        for part in self.parts:
+            if not (isinstance(part, HistoryColumn) and part.take == "last"):
+                raise self._refusal("measures", part.name, "give take: last of a history column")
+            if part.of in WITHOUT_DERIVATIVE:
+                raise self._refusal("measures", part.name, f"{part.of} is a count or a sum")
+        objective = study.study.optimize
+        if objective is not None and objective.prune is not None:
+            raise self._refusal("optimize", "prune", "leave prune out: every trial is needed")
+
+    def _dimension(self, factor: Any) -> Dimension:
+        space = factor.space
+        if not (isinstance(factor, NumberFactor) and isinstance(space, Interval)):
+            raise self._refusal("factors", factor.axis.name, "give a range without a count")
+        if space.is_whole:
+            raise self._refusal("factors", factor.axis.name, "a whole number does not vary evenly")
+        return Dimension(factor, space)
+
+    def _refusal(self, part: str, name: str, hint: str) -> SceneError:
+        place = nearest(self.study.tree, (part, name))[0]
+        return SceneError(f"{name}: method: gradient has no derivative", hint, place.key_origin)
+
+    def start(self) -> np.ndarray:
+        """Return the scaled factors (k,) of the scene; the middle for a key without value.
+
+        A value outside its range is moved to the nearest end.
+        """
+        alone: Composition = replace(self.study.composition, factors=())
+        loaded = alone.loaded({})
+        found = []
+        for one in self.dimensions:
+            factor = one.factor
+            keys = keys_at(loaded.tree, factor.path, factor.path_origin, type(loaded.scene))
+            value = value_at(loaded.scene, keys)
+            inside = np.clip(value / factor.size, one.space.low, one.space.high) if value else None
+            found.append(0.5 * RANGE if inside is None else one.scaled(float(inside)))
+        return np.array(found)
+
+    def case(self, number: int, x: np.ndarray) -> Case:
+        """Return the case of scaled factors (k,), whose run computes the derivatives."""
+        pairs = zip(self.dimensions, x.tolist(), strict=True)
+        case = self.study.case(number, {d.factor.axis.name: d.value(s) for d, s in pairs})
+        parameters = ", ".join(d.factor.path for d in self.dimensions)
+        ends = {part.end for part in self.parts if isinstance(part, HistoryColumn)}
+        times = ", ".join(f"{time!r} s" for time in sorted(ends) if np.isfinite(time))
+        if times and np.inf in ends:
+            raise SceneError(
+                "some measures of the objective have a time `to`, others have none",
+                "give all of them one, the end of the run where it is meant",
+                nearest(self.study.tree, ("measures",))[0].key_origin,
+            )
+        at = f", at: [{times}]" if times else ""
+        asked = f"output.derivatives={{parameters: [{parameters}]{at}}}"
+        return replace(case, overrides=(*case.overrides, asked))
+
+    def value(
+        self, x: np.ndarray, summary: Mapping[str, Any], history: History
+    ) -> tuple[float, np.ndarray]:
+        """Return the objective, to be minimised, and its gradient over the scaled factors (k,)."""
+        value = float(self.column.value(summary, history) or 0.0)
+        of_paths = self.column.derivative(summary, history)
+        slopes = [
+            of_paths[one.factor.path] * one.slope(scaled)
+            for one, scaled in zip(self.dimensions, x.tolist(), strict=True)
+        ]
+        return self.sign * value, self.sign * np.array(slopes)
+
+    def search(self, evaluate: Callable[[np.ndarray], tuple[float, np.ndarray]], count: int) -> str:
+        """Minimise by L-BFGS-B; return why the search ended.
+
+        evaluate: runs a trial, and returns `value`, or raises SearchEndedError with the reason to
+        stop. count: largest number of trials.
+        """
+        start = self.start()
+        try:
+            scale = max(float(np.abs(evaluate(start)[1]).max()), 1e-300)
+
+            def scaled(x: np.ndarray) -> tuple[float, np.ndarray]:
+                value, gradient = evaluate(x)
+                return value / scale, gradient / scale
+
+            found = minimize(
+                scaled, start, jac=True, method="L-BFGS-B", bounds=[(0.0, RANGE)] * len(start),
+                options={"gtol": FLAT, "ftol": SMALL, "maxfun": count},
+            )  # fmt: skip
+        except SearchEndedError as end:
+            return str(end)
+        return f"converged after {found.nit} steps" if found.success else str(found.message).lower()
