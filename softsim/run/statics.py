@@ -52,6 +52,9 @@ class StaticRun(Run):
                 found = self._advance()
             except NoEquilibriumError as error:
                 raise self._at_limit(error, begin) from None
+            except StabilityError:
+                self.files.write_failed_frame(self.scenario)
+                raise
         self.worst_share = max(self.worst_share, found.unbalanced_share)
         self.progress.time_increment = self.scenario.time - begin
         with self._failed_frame_kept():

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from softsim.errors import StabilityError
+from softsim.solver.guards import refuse_broken_elements
 from softsim.statics.forces import Configuration, StaticForces
 from softsim.statics.tangent import Factors, Stiffness, Tangent, named_motion
 
@@ -57,6 +58,10 @@ SHORTEST_STEP = 2.0**-12
 
 class NoEquilibriumError(StabilityError):
     """Newton's method did not converge at a load time."""
+
+
+class LooseError(StabilityError):
+    """A load acts along a rigid motion that nothing resists."""
 
 
 @dataclass(frozen=True)
@@ -171,12 +176,12 @@ class Newton:
         self.factorisations += 1
 
     def _refuse_loose(self, at: Configuration, stiffness: Stiffness) -> None:
-        """Raise StabilityError if a load acts along a rigid motion that nothing resists."""
+        """Raise LooseError if a load acts along a rigid motion that nothing resists."""
         residual, share = self.unbalanced(at)
         along = stiffness.loose.T @ (stiffness.loose @ residual)
         of_all = float(np.linalg.norm(along) / max(float(np.linalg.norm(residual)), 1e-300))
         if share * of_all > np.sqrt(self.tolerance):
-            raise StabilityError(
+            raise LooseError(
                 f"nothing holds the model against {named_motion(self.forces, at, along)}, and "
                 f"a load acts along it, at t = {self.forces.time:.6g} s",
                 "fix some nodes, let it begin in contact with what carries it, or let it fall "
@@ -291,7 +296,8 @@ class LoadSteps:
     ) -> Equilibrium:
         """Find and accept the next equilibrium, at a load time of at most `until` [s].
 
-        Raises NoEquilibriumError if there is none after the shortest step.
+        Raises NoEquilibriumError if there is none after the shortest step; StabilityError if an
+        element is turned over or overstretched there, or if nothing holds the model.
         """
         if not self.iterations:
             self._balance_start(see)
@@ -303,7 +309,9 @@ class LoadSteps:
                 step = asked
             try:
                 found = self._tried(begin, step, see)
-            except NoEquilibriumError:
+            except LooseError:
+                raise
+            except StabilityError:
                 self.forces.go_back()
                 if step < SHORTEST_STEP * asked:
                     raise
@@ -360,6 +368,7 @@ class LoadSteps:
         before = forces.start
         guess = self._best_guess(forces.steer(begin + step), step)
         found = self.newton.find(guess, see)
+        refuse_broken_elements(forces.model, found.at.x, forces.time)  # of a step that is too long
         forces.accept(found.at, step)
         self._last = [*self._last[-1:], (step, forces.difference(before, found.at))]
         mean, count = self.newton.mean_force, len(self.iterations)
