@@ -7,7 +7,7 @@ A line search halves dq until the next Newton step is shorter (natural monotonic
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
@@ -51,6 +51,9 @@ SOUGHT_OVER_REQUIRED = 1e-3
 
 ROUND_OFF = 0.1
 """Share of unbalanced forces at the start below which they are round-off of an unloaded body."""
+
+PRESCRIBED_PART = 1e3
+"""Prescribed motion in a difference of forces, over the displacement of an assembled column."""
 
 SHORTEST_STEP = 2.0**-12
 """Shortest load step over the one that is asked for, below which the run stops."""
@@ -119,7 +122,7 @@ class Newton:
         at = guess
         iterations: list[Iteration] = []
         residual, share = self.unbalanced(at)
-        while share > SOUGHT_OVER_REQUIRED * self.tolerance:
+        while not share <= SOUGHT_OVER_REQUIRED * self.tolerance:
             see(len(iterations), share)
             if len(iterations) == MOST_ITERATIONS and share <= self.tolerance:
                 break
@@ -147,7 +150,7 @@ class Newton:
         residual = self.forces.residual(at)
         size = float(np.linalg.norm(residual))
         reference = max(self.forces.inner_force(), self.mean_force, size)
-        return residual, size / reference if size > 0.0 else 0.0
+        return residual, 0.0 if size == 0.0 else size / reference
 
     def step_length(self, at: Configuration) -> float:
         """Return the length [m] of the Newton step at a trial state, with the last factors."""
@@ -348,10 +351,11 @@ class LoadSteps:
     def _best_guess(self, still: Configuration, step: float) -> Configuration:
         """Return the guess from which Newton's first step is shortest.
 
-        still: free coordinates of the last equilibrium; further ones continue a line through the
-        last two, and a parabola through the last three.
+        still: free coordinates of the last equilibrium. Further ones follow prescribed motions
+        linearly, or continue a line through the last two equilibria and a parabola through the last
+        three.
         """
-        guesses = [still]
+        guesses = [still, *self._following(still)]
         if self._last:
             duration, moved = self._last[-1]
             line = moved * (step / duration)
@@ -362,6 +366,28 @@ class LoadSteps:
                 bend *= step * (step + duration) / (duration + earlier)
                 guesses.append(self.forces.moved(still, line + bend))
         return min(guesses, key=self.newton.step_length)
+
+    def _following(self, still: Configuration) -> list[Configuration]:
+        """Return the guess in which free coordinates follow the prescribed ones, K dq = dR, if any.
+
+        dR is the change of the residual by a small part of the prescribed motion, over this part.
+        """
+        forces, newton = self.forces, self.newton
+        start = forces.start
+        way = float(np.abs(still.x - start.x).max(initial=0.0))
+        if way == 0.0 or not np.array_equal(still.turns, start.turns):
+            return []
+        if newton.factors is None:
+            newton.renew(start)
+        assert newton.factors is not None
+        part = min(1.0, PRESCRIBED_PART * float(newton.tangent.steps.min()) / way)
+        nearby = replace(
+            start,
+            x=start.x + part * (still.x - start.x),
+            centres=start.centres + part * (still.centres - start.centres),
+        )
+        change = (forces.residual(nearby) - forces.residual(start)) / part
+        return [forces.moved(still, newton.factors.solve(change))]
 
     def _tried(self, begin: float, step: float, see: Callable[[int, float], None]) -> Equilibrium:
         forces = self.forces
