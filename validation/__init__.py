@@ -1,6 +1,7 @@
-"""The thesis's statements against this simulator: one script a figure, one page with all verdicts.
+"""The simulator against the thesis and against published measurements: scripts and two pages.
 
     python -m validation [--quick] [--only NAME]... [--digitised DIR] [--json FILE] [--out DIR]
 
-`thesis` has its numbers, `cases` runs scenes, `verdicts` judges, `page` tells.
+`thesis` holds numbers of the thesis, `cases` runs scenes, `verdicts` compares, `page` writes the
+pages, `published` holds the scripts on measurements of others.
 """

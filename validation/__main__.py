@@ -1,4 +1,4 @@
-"""`python -m validation`: all scripts, one page."""
+"""`python -m validation`: all scripts, one page for the thesis and one for published data."""
 
 from validation import (
     contact_rows,
@@ -28,6 +28,7 @@ from validation import (
     spike_patches,
 )
 from validation.command import command
+from validation.published import __main__ as published
 
 SCRIPTS = [
     inflation_radius.SCRIPT,
@@ -58,4 +59,4 @@ SCRIPTS = [
 ]
 
 if __name__ == "__main__":
-    command(SCRIPTS)
+    command([*SCRIPTS, *published.SCRIPTS])

@@ -48,7 +48,7 @@ def command(scripts: Sequence[Script]) -> None:
             ),
         ] = None,
     ) -> None:
-        """Hold this simulator against the thesis's statements, and say every verdict."""
+        """Compare the simulator with the thesis and with published measurements."""
         unknown = sorted(set(only or ()) - set(names))
         if unknown:
             raise typer.BadParameter(f"{', '.join(unknown)}: there is {', '.join(names)}")
@@ -75,13 +75,16 @@ def validate(
     digitised: Path | None,
     console: Console,
 ) -> dict[str, Any]:
-    """Run, judge, draw and write `out`/index.html, validation.json and a PNG a script; what the
-    JSON holds.
+    """Run, judge, draw, write a page per evidence, validation.json and a PNG per script to `out`.
+
+    Returns the content of the JSON file. Scripts whose data are absent are skipped.
 
     Raises SoftsimError: a scene or a file of points is wrong, or a signal stopped it.
     """
     began = time.monotonic()
     out.mkdir(parents=True, exist_ok=True)
+    skipped = [script.reason_to_skip for script in scripts if script.reason_to_skip]
+    scripts = [script for script in scripts if not script.reason_to_skip]
     points = {script.name: points_of(digitised, script.name, script.columns) for script in scripts}
     wanted = [case for script in scripts for case in script.cases(quick)]
     found = run_cases(wanted, out, workers or processor_count(), console)
@@ -95,23 +98,28 @@ def validate(
         "version": version("softsim"),
     }
     constants = [constant.described() for constant in CONSTANTS]
-    everything = page.content(sections, about, constants)
+    everything = page.content(sections, about, constants, skipped)
     page.write_json(out / "validation.json", everything)
-    page.write_html(out / "index.html", sections, everything)
     page.show(console, sections)
-    console.print(f"page {out / 'index.html'}, {about['total_time_s']} s", highlight=False)
+    for sentence in skipped:
+        console.print(sentence, highlight=False, markup=False)
+    for path in page.write_pages(out, sections, everything):
+        console.print(f"page {path}, {about['total_time_s']} s", highlight=False)
     return everything
 
 
 def section(script: Script, found: dict[str, Outcome], points: Points | None, out: Path) -> Section:
-    """The verdicts of a script, and its figure."""
+    """Return the verdicts of a script, and draw its figure."""
+    began = time.monotonic()
     outcomes = outcomes_by_name(script.cases(False), found)
     rows = tuple(script.rows(outcomes, points))
     remarks = tuple(script.remarks(outcomes))
     listings = tuple(script.listings(outcomes))
     figure = out / f"{script.name}.png"
     script.draw(outcomes, points, figure)
-    return Section(script, rows, remarks, points is not None, figure, listings)
+    time_of_cases = sum(_known_time(outcome) for outcome in outcomes.values())
+    wall_time = time_of_cases + time.monotonic() - began
+    return Section(script, rows, remarks, points is not None, figure, listings, wall_time)
 
 
 def _known_time(outcome: Outcome) -> float:

@@ -1,4 +1,4 @@
-"""The page of all verdicts: on the console, as validation.json, and as index.html."""
+"""Pages of verdicts: on the console, as validation.json, and one HTML page per evidence."""
 
 import base64
 import json
@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.markup import escape as plain
 from rich.table import Table
 
-from validation.script import Listing, Script
+from validation.script import PUBLISHED, THESIS, Evidence, Listing, Script
 from validation.verdicts import AGREES, DISAGREES, UNKNOWN, VERDICTS, Row
 
 TEMPLATE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
@@ -25,7 +25,11 @@ COLOURS = {AGREES: "green", DISAGREES: "red", UNKNOWN: "dim"}
 
 @dataclass(frozen=True)
 class Section:
-    """What came of a script. compared: whether digitised points of the figure were there."""
+    """Results of a script.
+
+    compared: True if digitised points of the figure were compared; wall_time: of its cases and of
+    its evaluation [s].
+    """
 
     script: Script
     rows: tuple[Row, ...]
@@ -33,17 +37,20 @@ class Section:
     compared: bool
     figure: Path
     listings: tuple[Listing, ...] = ()
+    wall_time: float = 0.0
 
     @property
     def basis(self) -> str:
-        """Which of the two was done."""
+        """Sentence on the data that were compared."""
+        if self.script.evidence is PUBLISHED:
+            return f"Compared with measured data: {self.name}."
         if self.compared:
             return f"Held against the thesis's statements and digitised points of {self.name}."
         return f"Held against the thesis's statements only: no digitised points of {self.name}."
 
     @property
     def name(self) -> str:
-        """The thesis's figure."""
+        """Figure of the thesis, or source of the data."""
         return self.script.figure
 
 
@@ -62,11 +69,11 @@ def show(console: Console, sections: Sequence[Section]) -> None:
     """A table for each script, and the counts."""
     for section in sections:
         table = Table(title=f"{section.script.name}, {section.name}", title_justify="left")
-        for heading in ("claim", "reference", "computed", "verdict"):
+        for heading in (*section.script.evidence.columns, "verdict"):
             table.add_column(heading, overflow="fold")
         for row in section.rows:
             colour = COLOURS[row.verdict]
-            texts = (plain(text) for text in (row.claim, row.reference, row.computed))
+            texts = map(plain, _texts(row, section.script.evidence))
             table.add_row(*texts, f"[{colour}]{row.verdict}[/]")
         console.print(table)
         for text in (section.basis, *section.remarks):
@@ -93,18 +100,28 @@ def counted(rows: Sequence[Row]) -> str:
 
 
 def content(
-    sections: Sequence[Section], about: dict[str, Any], constants: Sequence[dict[str, Any]]
+    sections: Sequence[Section],
+    about: dict[str, Any],
+    constants: Sequence[dict[str, Any]],
+    skipped: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Everything, for programs. about: total time, device, version and what else describes it."""
+    """Return everything, for programs.
+
+    about: total time, device, version and similar facts; skipped: sentences on scripts not run.
+    """
     rows = all_rows(sections)
     return {
         "rows": [asdict(row) for row in rows],
         "counts": counts(rows),
         **about,
         "constants": list(constants),
+        "skipped": list(skipped),
         "scripts": {
             section.script.name: {
+                "evidence": section.script.evidence.name,
                 "figure": section.name,
+                "command": section.script.command,
+                "wall_time_s": round(section.wall_time, 1),
                 "digitised": section.compared,
                 "remarks": list(section.remarks),
                 "listings": [asdict(listing) for listing in section.listings],
@@ -119,22 +136,71 @@ def write_json(path: Path, everything: dict[str, Any]) -> None:
     path.write_text(json.dumps(everything, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
-def write_html(path: Path, sections: Sequence[Section], everything: dict[str, Any]) -> None:
-    """A page that needs no other file: figures are inside."""
+def write_pages(
+    folder: Path, sections: Sequence[Section], everything: dict[str, Any]
+) -> list[Path]:
+    """Write a page for each evidence that has sections; return their paths."""
+    paths = []
+    for evidence in (THESIS, PUBLISHED):
+        chosen = [section for section in sections if section.script.evidence is evidence]
+        if chosen:
+            paths.append(folder / evidence.file)
+            write_html(paths[-1], evidence, chosen, everything)
+    return paths
+
+
+def write_html(
+    path: Path, evidence: Evidence, sections: Sequence[Section], everything: dict[str, Any]
+) -> None:
+    """Write a page that needs no other file: figures are inside."""
     facts = [
         _fact(key, value)
         for key, value in everything.items()
         if isinstance(value, str | int | float)
     ]
-    headings = ("name", "value", "where", "rests_on")
-    constants = [[entry[key] for key in headings] for entry in everything["constants"]]
     page = TEMPLATE.substitute(
+        title=escape(evidence.title),
         counts=escape(counted(all_rows(sections))),
         about=escape("; ".join(facts)),
+        summary=_summary(sections),
         sections="\n".join(_section(section) for section in sections),
-        constants=_table(("constant", "value", "written in", "rests on"), map(_cells, constants)),
+        constants=_constants(everything["constants"]) if evidence is THESIS else "",
     )
     path.write_text(page, encoding="utf-8")
+
+
+def _summary(sections: Sequence[Section]) -> str:
+    """Return a table with a line per script."""
+    lines = [
+        (
+            section.script.name,
+            section.name,
+            *(str(number) for number in counts(section.rows).values()),
+            f"{section.wall_time:.1f} s",
+            section.script.command,
+        )
+        for section in sections
+    ]
+    headings = ("script", "source", *PLURAL.values(), "wall time", "repeat with")
+    return _table(headings, map(_cells, lines))
+
+
+def _constants(constants: Sequence[dict[str, Any]]) -> str:
+    """Return the section on the constants of the scenes."""
+    keys = ("name", "value", "where", "rests_on")
+    lines = [[entry[key] for key in keys] for entry in constants]
+    return "\n".join(
+        (
+            "<h2>Constants</h2>",
+            "<p>Constants of the scenes that no source gives. One set for all figures.</p>",
+            _table(("constant", "value", "written in", "rests on"), map(_cells, lines)),
+        )
+    )
+
+
+def _texts(row: Row, evidence: Evidence) -> list[str]:
+    """Return the texts of a row before its verdict."""
+    return [getattr(row, field) for field in evidence.columns.values()]
 
 
 def _fact(key: str, value: Any) -> str:
@@ -144,15 +210,16 @@ def _fact(key: str, value: Any) -> str:
 
 
 def _section(section: Section) -> str:
+    evidence = section.script.evidence
     rows = (
-        _cells((row.claim, row.reference, row.computed))
+        _cells(_texts(row, evidence))
         + f'<td class="verdict {CLASSES[row.verdict]}">{escape(row.verdict)}</td>'
         for row in section.rows
     )
     parts = [
         f"<h2>{escape(section.script.name)}: {escape(section.name)}</h2>",
-        f"<p>{escape(section.script.about)}</p>",
-        _table(("claim", "reference", "computed", "verdict"), rows),
+        *(f"<p>{escape(paragraph)}</p>" for paragraph in section.script.about.split("\n\n")),
+        _table((*evidence.columns, "verdict"), rows),
         f'<p class="quiet">{escape(section.basis)}</p>',
         *(f"<p>{escape(remark)}</p>" for remark in section.remarks),
         *map(_listing, section.listings),

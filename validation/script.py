@@ -1,12 +1,49 @@
-"""What a validation script is."""
+"""Interface of a validation script, and the pages that scripts are written to."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from validation.cases import Case, Outcomes
 from validation.digitised import Points
 from validation.verdicts import Row
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Page of validation.
+
+    name: in texts and in the JSON file; title: of the page; file: its name in the output folder;
+    package: of its scripts; columns: heading -> field of `Row`, before the verdict.
+    """
+
+    name: str
+    title: str
+    file: str
+    package: str
+    columns: Mapping[str, str]
+
+
+THESIS = Evidence(
+    "thesis",
+    "softsim against the thesis",
+    "index.html",
+    "validation",
+    {"claim": "claim", "reference": "reference", "computed": "computed"},
+)
+PUBLISHED = Evidence(
+    "published data",
+    "softsim against published measurements",
+    "published.html",
+    "validation.published",
+    {
+        "case": "claim",
+        "measured": "reference",
+        "predicted": "computed",
+        "error": "error",
+        "band": "band",
+    },
+)
 
 
 @dataclass(frozen=True)
@@ -30,9 +67,10 @@ def no_remarks(outcomes: Outcomes) -> Iterable[str]:
 
 @dataclass(frozen=True)
 class Script:
-    """A figure of the thesis, what is run for it, what is claimed of it, and how it is drawn.
+    """Figure of the thesis or published data set, with its cases, claims and drawing.
 
-    name: that of the module. figure: of the thesis. about: what is shown, in one paragraph.
+    name: that of the module. figure: of the thesis, or the source of the data. about: what is
+    shown; paragraphs are separated by blank lines. For published data: the protocol.
     cases: all (False), or those of the quick subset (True).
     rows: verdicts, from the outcomes of all cases by name. Those that were not run or failed have
     a `failure` and no numbers: claims that rest on them cannot be told.
@@ -41,6 +79,8 @@ class Script:
     no points to read off.
     remarks: sentences below the rows: reasons for a disagreement, what a number means.
     listings: tables below the remarks: what was found, case by case.
+    evidence: page that the script belongs to.
+    data: folder of the measurements; the script is skipped where it is absent.
     """
 
     name: str
@@ -52,3 +92,17 @@ class Script:
     columns: tuple[str, ...]
     remarks: Callable[[Outcomes], Iterable[str]] = no_remarks
     listings: Callable[[Outcomes], Iterable[Listing]] = no_listings
+    evidence: Evidence = THESIS
+    data: Path | None = None
+
+    @property
+    def reason_to_skip(self) -> str:
+        """Sentence about the data folder that is absent; empty where nothing is missing."""
+        if self.data is None or self.data.is_dir():
+            return ""
+        return f"{self.name}: skipped, because the folder of its data is absent: {self.data}"
+
+    @property
+    def command(self) -> str:
+        """Command that repeats this script."""
+        return f"python -m {self.evidence.package}.{self.name}"

@@ -21,13 +21,19 @@ Numbers = Sequence[float] | np.ndarray
 
 @dataclass(frozen=True)
 class Row:
-    """One claim and what came of it; `reference` and `computed` as people read them."""
+    """One claim with its verdict; all fields are texts for readers.
+
+    error, band: deviation from the reference and the largest one that counts as agreement, for
+    claims on published measurements; empty for others.
+    """
 
     script: str
     claim: str
     reference: str
     computed: str
     verdict: str
+    error: str = ""
+    band: str = ""
 
 
 @dataclass(frozen=True)
@@ -39,14 +45,23 @@ class Finding:
 
 
 def row(
-    script: str, claim: str, reference: str, finding: Finding, rests_on: Iterable[Outcome] = ()
+    script: str,
+    claim: str,
+    reference: str,
+    finding: Finding,
+    rests_on: Iterable[Outcome] = (),
+    error: str = "",
+    band: str = "",
 ) -> Row:
-    """A row of the page. rests_on: the cases behind it, whose failures say why it is unknown."""
+    """Return a row of the page.
+
+    rests_on: the cases behind it; their failures are the reason where the verdict is unknown.
+    """
     computed = finding.computed
     reasons = [outcome.failure.splitlines()[0] for outcome in rests_on if outcome.failure]
     if finding.verdict == UNKNOWN and reasons:
         computed = "; ".join(dict.fromkeys(reasons))
-    return Row(script, claim, reference, computed, finding.verdict)
+    return Row(script, claim, reference, computed, finding.verdict, error, band)
 
 
 def shown(value: float, unit: str = "") -> str:

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from validation import page
 from validation.page import Section
-from validation.script import Listing, Script
+from validation.script import THESIS, Listing, Script
 from validation.verdicts import AGREES, DISAGREES, UNKNOWN, VERDICTS, Row
 
 NASTY = "<b>p & q</b> [red]x[/]"
@@ -38,7 +38,15 @@ def test_json_has_every_row_and_count(sections, tmp_path):
     page.write_json(path, everything(sections))
     read = json.loads(path.read_text())
     assert [row["verdict"] for row in read["rows"]] == list(VERDICTS)
-    assert set(read["rows"][0]) == {"script", "claim", "reference", "computed", "verdict"}
+    assert set(read["rows"][0]) == {
+        "script",
+        "claim",
+        "reference",
+        "computed",
+        "verdict",
+        "error",
+        "band",
+    }
     assert all(isinstance(value, str) for row in read["rows"] for value in row.values())
     assert read["counts"] == {AGREES: 1, DISAGREES: 1, UNKNOWN: 1}
     assert read["scripts"]["s"]["digitised"] is False
@@ -48,7 +56,7 @@ def test_json_has_every_row_and_count(sections, tmp_path):
 
 def test_html_holds_text_as_text_and_the_figure(sections, tmp_path):
     path = tmp_path / "index.html"
-    page.write_html(path, sections, everything(sections))
+    page.write_html(path, THESIS, sections, everything(sections))
     text = path.read_text()
     assert "<b>" not in text and "&lt;b&gt;p &amp; q" in text
     assert all(f">{verdict}</td>" in text for verdict in VERDICTS)
