@@ -1,9 +1,9 @@
 """`python -m validation.published`: all scripts on measurements of others, one page."""
 
 from validation.command import command
-from validation.script import Script
+from validation.published import rubber_multiaxial
 
-SCRIPTS: list[Script] = []
+SCRIPTS = [rubber_multiaxial.SCRIPT]
 
 if __name__ == "__main__":
     command(SCRIPTS)
