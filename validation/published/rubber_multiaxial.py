@@ -47,11 +47,12 @@ from validation.command import command
 from validation.digitised import Points
 from validation.published import MEASURED
 from validation.script import PUBLISHED, Listing, Script
-from validation.verdicts import MISSING, Row, judged, row, shown
+from validation.verdicts import Row, judged, row, shown
 
 NAME = "rubber_multiaxial"
 DATA = MEASURED / NAME
 BAND = 0.1
+LARGE = 10.0  # errors above this are shown as such, without digits
 MODERATE, WHOLE = 2.0, np.inf
 """Largest stretch of the two fits."""
 TENSION, COMPRESSION, BIAXIAL = "uniaxial", "uniaxial compression", "biaxial"
@@ -66,7 +67,7 @@ MATERIALS = {
 LONG = ("Treloar_1944", "Kawabata_1981")
 """Materials tested to stretches far beyond 2."""
 COLOURS = dict(zip(LAWS, (BLUE, GREEN, PURPLE, ORANGE), strict=True))
-MARKERS = {TENSION: "o", EQUIBIAXIAL: "s", PLANAR: "^", COMPRESSION: "v", BIAXIAL: "."}
+MARKERS = {TENSION: "o", EQUIBIAXIAL: "s", PLANAR: "^", COMPRESSION: "v"}
 FEWER_TERMS = (("yeoh", 2), ("ogden", 1), ("ogden", 2))
 
 
@@ -141,14 +142,14 @@ def _points(rows: list[tuple[float, float, float, int]]) -> Measured:
 
 
 @cache
-def fitted(source: str, law: str, terms: int | None, largest_stretch: float) -> Law | None:
-    """Return a law fitted to the uniaxial tension of a material, None where no fit is possible."""
+def fitted(source: str, law: str, terms: int | None, largest_stretch: float) -> Law | str:
+    """Return a law fitted to the uniaxial tension of a material, or why there is none."""
     tension = measured()[source][TENSION]
     test = TensileTest(tension.stretch - 1.0, tension.stress, source)
     try:
         return fit_law(test, LAWS[law], largest_stretch - 1.0, 0.0, terms).law
-    except MaterialError:
-        return None
+    except MaterialError as error:
+        return str(error).splitlines()[0].removeprefix(f"{source}: ")
 
 
 def errors(source: str, law: str, terms: int | None, largest_stretch: float) -> dict[str, float]:
@@ -156,7 +157,7 @@ def errors(source: str, law: str, terms: int | None, largest_stretch: float) -> 
     modes = measured()[source]
     chosen = [mode for mode in (TENSION, *MODES) if mode in modes]
     model = fitted(source, law, terms, largest_stretch)
-    if model is None:
+    if isinstance(model, str):
         return dict.fromkeys(chosen, np.nan)
     tension = modes[TENSION]
     largest_I1 = tension.I1[tension.stretch <= largest_stretch].max()
@@ -182,18 +183,25 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
                 fit = others.pop(TENSION)
                 worst = max(others.values())
                 claim = f"{material}, {range_name(largest_stretch)}: {law}"
-                found = judged(worst <= BAND, f"uniaxial fitted within {percent(fit)}", worst)
+                model = fitted(source, law, None, largest_stretch)
+                text = f"uniaxial fitted within {percent(fit)}" if isinstance(model, Law) else model
+                found = judged(worst <= BAND, text, worst)
                 error = ", ".join(f"{mode} {percent(value)}" for mode, value in others.items())
                 yield row(NAME, claim, ", ".join(others), found, (), error, percent(BAND))
 
 
 def percent(value: float) -> str:
     """Return a ratio in per cent."""
-    return shown(100.0 * value, "%")
+    return f"> {100 * LARGE:g} %" if value > LARGE else shown(100.0 * value, "%")
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:
-    """Yield errors with fewer terms, and the consistency of two measured modes."""
+    """Yield a summary per law, errors with fewer terms, constants, consistency of the data."""
+    yield Listing(
+        "Summary: errors of all predicted modes of all materials",
+        ("law", "fit", f"modes within {percent(BAND)}", "median", "largest"),
+        tuple(_summary(law, largest) for largest in (MODERATE, WHOLE) for law in LAWS),
+    )
     lines = [
         (f"{law}, {terms} term{'s' if terms > 1 else ''}", material, range_name(largest_stretch),
          *(percent(found[mode]) if mode in found else "-" for mode in (TENSION, *MODES)))
@@ -219,11 +227,25 @@ def listings(outcomes: Outcomes) -> Iterator[Listing]:
     yield Listing("Consistency of the data", ("material", heading), tuple(consistency))
 
 
+def _summary(law: str, largest_stretch: float) -> tuple[str, ...]:
+    """Return a line of the summary; modes without a fit are not counted."""
+    found = [
+        error
+        for source in MATERIALS
+        if largest_stretch in ranges(source)
+        for mode, error in errors(source, law, None, largest_stretch).items()
+        if mode != TENSION and not np.isnan(error)
+    ]
+    within = f"{sum(error <= BAND for error in found)} of {len(found)}"
+    middle, largest = percent(float(np.median(found))), percent(max(found))
+    return law, range_name(largest_stretch), within, middle, largest
+
+
 def constants_of(source: str, law: str, largest_stretch: float) -> str:
     """Return the fitted constants as a text, moduli in kPa."""
     model = fitted(source, law, None, largest_stretch)
-    if model is None:
-        return MISSING
+    if isinstance(model, str):
+        return model
     return ", ".join(
         f"{name} = {_constant(value, name in model.pure_numbers)}"
         for name, value in vars(model).items()
@@ -268,30 +290,42 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
             for panel in axes[len(chosen) :]:
                 panel.set_visible(False)
             axes[0].set_ylabel("nominal stress [MPa]")
-            axes[0].set_title(f"{MATERIALS[source]}\n{range_name(largest_stretch)}: uniaxial, fit")
+            axes[0].set_title(
+                f"{MATERIALS[source]}, {range_name(largest_stretch)}\nuniaxial, fitted"
+            )
         for panel in grid[-1]:
             panel.set_xlabel("stretch")
-        grid[0][0].legend(fontsize="x-small")
+        handles, labels = grid[-1][0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
 
 
 def _draw_mode(
-    panel: Axes, mode: str, data: Measured, models: dict[str, Law | None], largest_I1: float
+    panel: Axes, mode: str, data: Measured, models: dict[str, Law | str], largest_I1: float
 ) -> None:
     """Draw one mode: points within the range filled, those beyond it open, and all laws."""
     inside, near = data.within(largest_I1), data.within(2.0 * largest_I1 - 3.0)
+    if mode == BIAXIAL:
+        for law, model in models.items():
+            if isinstance(model, Law):
+                stress = data.predicted(model)[inside] / 1e6
+                panel.plot(data.stress[inside] / 1e6, stress, ".", color=COLOURS[law], markersize=2)
+        panel.axline((0.0, 0.0), slope=1.0, color=INK, linewidth=0.7)
+        panel.set_title("biaxial: predicted\nover measured [MPa]")
+        return
     for chosen, face in ((inside, INK), (near & ~inside, "none")):
         panel.plot(
             data.stretch[chosen], data.stress[chosen] / 1e6, MARKERS[mode], color=QUIET,
             markerfacecolor=face, markeredgecolor=INK, markersize=3, markeredgewidth=0.5,
         )  # fmt: skip
-    order = np.flatnonzero(inside)[np.argsort(data.stretch[inside])]
-    line = ("none", "_") if mode == BIAXIAL else ("-", "none")
+    stretches = np.linspace(1.0, data.stretch[inside][np.argmax(data.I1[inside])], 100)
+    path = _points([(first, _second_stretch(mode, first, ""), 0.0, 0) for first in stretches])
     for law, model in models.items():
-        if model is not None:
-            panel.plot(
-                data.stretch[order], data.predicted(model)[order] / 1e6, color=COLOURS[law],
-                linewidth=1.0, linestyle=line[0], marker=line[1], markersize=4, label=law,
-            )  # fmt: skip
+        if isinstance(model, Law):
+            stress = path.predicted(model) / 1e6
+            panel.plot(path.stretch, stress, color=COLOURS[law], linewidth=1.0, label=law)
+    shown_stress = data.stress[near] / 1e6
+    room = 0.15 * np.ptp(shown_stress)
+    panel.set_ylim(shown_stress.min() - room, shown_stress.max() + room)
     panel.set_title(mode)
 
 
