@@ -190,7 +190,7 @@ def test_the_table_of_materials_has_the_constants_of_the_library():
     constants = ("C10", "C20", "C30", "density")
     library = {
         name: [float(str(entry.get(key, 0)).split()[0]) for key in constants]
-        for name, entry in yaml.safe_load(text).items()
+        for name, entry in yaml.safe_load(text)["materials"].items()
     }
     page = (ROOT / "docs" / "reference" / "materials.md").read_text()
     rows = re.findall(r"^\| `(\w+)` \| (.*)", page, re.MULTILINE)

@@ -3,17 +3,14 @@
 import dataclasses
 from collections.abc import Callable, Mapping
 from functools import lru_cache
-from importlib import resources
 from typing import Any
-
-import yaml
-from pydantic import TypeAdapter
 
 from softsim.builder.names import Names, close_names
 from softsim.elements.geometry import Region
 from softsim.errors import MaterialError
 from softsim.materials.fitting import first_unstable_I1
 from softsim.materials.laws import LAWS
+from softsim.materials.library import library_material, library_names, silicone_of
 from softsim.materials.material import (
     DEFAULT_BULK_RATIO,
     Material,
@@ -75,25 +72,6 @@ def fitted(data: scene_materials.Spectrum, mu0: float) -> MaxwellFit:
     return fewest_branches(SPECTRA[data.kind](data, mu0), data.largest_error)
 
 
-_MATERIAL: TypeAdapter[scene_materials.Material] = TypeAdapter(scene_materials.Material)
-
-
-def library_material(name: str) -> scene_materials.Material | None:
-    """Return the material `name` of the library, or None."""
-    entry = _library().get(name)
-    return None if entry is None else _MATERIAL.validate_python(entry)
-
-
-def library_names() -> list[str]:
-    """Return the names in the material library."""
-    return list(_library())
-
-
-def _library() -> dict[str, Any]:
-    text = resources.files("softsim.materials").joinpath("library.yaml").read_text("utf-8")
-    return yaml.safe_load(text)
-
-
 def materials_of(loaded: LoadedScene) -> dict[str, tuple[Keys, scene_materials.Material]]:
     """Return the materials that the scene defines or names: name -> key and data.
 
@@ -119,6 +97,24 @@ def named_materials(scene: Scene) -> dict[Keys, str]:
             if own.material is not None:
                 found["bodies", body, "regions", region, "material"] = own.material
     return found
+
+
+def disagreement_notes(loaded: LoadedScene) -> list[str]:
+    """Return one text per named material of the library whose published sources disagree."""
+    notes = []
+    for name in dict.fromkeys(named_materials(loaded.scene).values()):
+        silicone = None if name in loaded.scene.materials else silicone_of(name)
+        spread = None if silicone is None else silicone.spread
+        if silicone is None or spread is None or spread.agrees:
+            continue
+        own = next(s.initial_shear_modulus for s in silicone.sources if s.name == name)
+        notes.append(
+            f"material '{name}' has an initial shear modulus of {own / 1e3:.3g} kPa; published "
+            f"sources of {silicone.title} have {spread.low / 1e3:.3g} to {spread.high / 1e3:.3g} "
+            "kPa. Where stiffness matters, fit a test of your own batch (softsim fit-material); "
+            f"`softsim materials {silicone.name}` shows the sources"
+        )
+    return notes
 
 
 def material(names: Names, named_at: Keys) -> Material:

@@ -1,4 +1,4 @@
-"""Commands on materials: fit constants to a tensile test, plot spectra over frequency."""
+"""Commands on materials: list the library, fit constants to tests, plot spectra."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +14,70 @@ if TYPE_CHECKING:
     from softsim.scene.materials import Material
 
 
+StrainColumn = Annotated[str, typer.Option(help="Heading of the strain column.")]
+StressColumn = Annotated[str, typer.Option(help="Heading of the stress column.")]
+StressUnit = Annotated[
+    str | None, typer.Option(help="Unit of the stress, such as MPa; default: from the heading.")
+]
+Delimiter = Annotated[
+    str | None, typer.Option(help="Column separator; default: detected (; , or tab).")
+]
+
+
+def materials(
+    name: Annotated[
+        str | None,
+        typer.Argument(help="Silicone or material of the library.", show_default=False),
+    ] = None,
+    compare: Annotated[
+        Path | None,
+        typer.Option(help="Data file of a uniaxial test to draw beside the sources of NAME."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Figure; default: NAME_sources.png in the current folder.")
+    ] = None,
+    strain_column: StrainColumn = "Engineering Strain",
+    stress_column: StressColumn = "Engineering Stress",
+    stress_unit: StressUnit = None,
+    delimiter: Delimiter = None,
+) -> None:
+    """List the silicones of the library with their sources; with NAME, draw its curves too.
+
+    Sources of one silicone differ: the spread is the lowest, the typical and the highest initial
+    shear modulus among them.
+    """
+    if name is None and (compare is not None or out is not None):
+        option = "--compare" if compare is not None else "--out"
+        raise typer.BadParameter("needs the NAME of a silicone", param_hint=option)
+    with explained() as console:
+        from softsim.builder.names import close_names
+        from softsim.materials.library import library_names, silicone_of, silicones
+        from softsim.materials.tensile import read_tensile_test
+        from softsim.report.materials import comparison_rows, draw_sources, sources_table
+
+        if name is None:
+            for each in silicones().values():
+                console.print(sources_table(each), highlight=False)
+            return
+        silicone = silicone_of(name)
+        if silicone is None:
+            known = list(dict.fromkeys([*silicones(), *library_names()]))
+            raise MaterialError(
+                f"there is no silicone '{name}' in the library",
+                hint=close_names(name, known, "silicones"),
+            )
+        test = None
+        if compare is not None:
+            test = read_tensile_test(compare, strain_column, stress_column, stress_unit, delimiter)
+        figure = out or Path(f"{silicone.name}_sources.png")
+        draw_sources(silicone, test, figure)
+        console.print(sources_table(silicone), highlight=False)
+        if test is not None:
+            console.print(f"stress of {test.title} over that of a source", style="bold")
+            console.print(unheaded(comparison_rows(silicone, test)), highlight=False)
+        console.print(f"figure  {figure}", highlight=False)
+
+
 def fit_material(
     file: Annotated[Path, typer.Argument(help="Data file of a uniaxial test.", show_default=False)],
     max_strain: Annotated[float, typer.Option(help="Fit up to this strain; 1 is 100 %.")],
@@ -25,18 +89,10 @@ def fit_material(
     out: Annotated[
         Path | None, typer.Option(help="Figure; default: FILE_LAW.png in the current folder.")
     ] = None,
-    strain_column: Annotated[
-        str, typer.Option(help="Heading of the strain column.")
-    ] = "Engineering Strain",
-    stress_column: Annotated[
-        str, typer.Option(help="Heading of the stress column.")
-    ] = "Engineering Stress",
-    stress_unit: Annotated[
-        str | None, typer.Option(help="Unit of the stress, such as MPa; default: from the heading.")
-    ] = None,
-    delimiter: Annotated[
-        str | None, typer.Option(help="Column separator; default: detected (; , or tab).")
-    ] = None,
+    strain_column: StrainColumn = "Engineering Strain",
+    stress_column: StressColumn = "Engineering Stress",
+    stress_unit: StressUnit = None,
+    delimiter: Delimiter = None,
 ) -> None:
     """Fit material constants to a tensile test; print the error of the fit and its strain range."""
     with explained() as console:

@@ -152,6 +152,7 @@ def check(
         steps = load_steps(scene, overrides or [])
         loaded = steps[0].loaded if steps else load_scene(scene, overrides or [])
         # Taichi is imported from here on: an error before is told at once.
+        from softsim.builder.materials import disagreement_notes
         from softsim.cli.run_tables import acting_tables, model_table
         from softsim.run.scenes import ready_model
         from softsim.run.steps import foreseen_models
@@ -170,6 +171,8 @@ def check(
             for text in found.values():
                 warnings += 1
                 console.print(f"warning: {text}", highlight=False)
+        for note in disagreement_notes(loaded):
+            console.print(f"note: {note}", highlight=False)
         model, stopped = models[0], ""
         if duration:
             from softsim.cli.run_tables import duration_table
