@@ -12,6 +12,7 @@ import closed_forms
 import numpy as np
 import pytest
 from rich.console import Console
+from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 from shells import INNER, OUTER, SPHERE, half_section
 
@@ -90,6 +91,51 @@ def test_arc_length_follows_a_sphere_through_its_limit_point(run, record_verific
     assert np.all(h["unstable_modes"][: top - 1] == 0)
     assert np.all(h["unstable_modes"][top + 2 :] == 1)
     assert np.all(np.diff(h["load_time"])[top + 1 :] < 0.0)
+
+
+OTHER_LAWS = {
+    "mooney_rivlin": (
+        "law: mooney_rivlin, C10: 34 kPa, C01: 2 kPa",
+        lambda s: 34e3 * (s**-4 + 2.0 * s**2 - 3.0) + 2e3 * (s**4 + 2.0 * s**-2 - 3.0),
+    ),
+    "ogden": (
+        "law: ogden, mu: [50 kPa, 20 kPa], alpha: [1.8, 2.4]",
+        lambda s: sum(
+            2.0 * mu / alpha**2 * (s ** (-2.0 * alpha) + 2.0 * s**alpha - 3.0)
+            for mu, alpha in ((50e3, 1.8), (20e3, 2.4))
+        ),
+    ),
+}
+"""Material of a scene, and its W over the stretch of a membrane, stretches s^-2, s, s."""
+
+
+@pytest.mark.physics
+@pytest.mark.parametrize("law, energy", OTHER_LAWS.values(), ids=OTHER_LAWS)
+def test_other_laws_beyond_their_limit_point(run, record_verification, law, energy):
+    """The pressure of an incompressible sphere is the integral of W'(s) / (s^3 - 1) from the
+    stretch of its outer to that of its inner surface.
+    """
+
+    def slope(s):
+        return (energy(s + 1e-5) - energy(s - 1e-5)) / 2e-5
+
+    def exact(stretch):
+        outside = np.cbrt((OUTER**3 + INNER**3 * (stretch**3 - 1.0)) / OUTER**3)
+        return quad(lambda s: slope(s) / (s**3 - 1.0), outside, stretch)[0]
+
+    largest = max(exact(s) for s in np.linspace(1.1, 2.2, 200))
+    text = (SPHERE + AIR).replace(f"{1.05 * LARGEST} Pa", f"{1.05 * largest} Pa")
+    text = text.replace("law: neo_hooke, C10: 36 kPa", f"{law}, bulk_modulus: 20 MPa")
+    options = ("time.control=arc_length", "time.reach={column: inner_x, above: 7 mm}")
+    h = run(text, *options, shell=half_section(4)).history
+    stretch = 1.0 + h["inner_x"] / INNER
+    np.testing.assert_allclose(
+        h["pressure"][1:], [exact(s) for s in stretch[1:]], rtol=4e-3, atol=2e-3 * largest
+    )
+    name = law.split()[1].strip(",")
+    record_verification(f"limit pressure of a sphere, {name}", largest, h["pressure"].max())
+    assert h["pressure"].max() == pytest.approx(largest, rel=3e-3)
+    assert stretch[-1] > 1.8 and h["pressure"][-1] < 0.99 * largest
 
 
 def test_a_pressure_beyond_the_limit_point_is_refused_with_the_last_equilibrium(run):
