@@ -98,6 +98,7 @@ class ProgressReport:
         self.console, self.end, self.start = console, end, start
         self.settling, self.goal = SettlingOutlook(tolerance), GoalOutlook()
         self.began = self.last_line = time.monotonic()
+        self.state = ""
         self.progress: ProgressBar | None = None
         if console.is_terminal:
             self.progress = ProgressBar(
@@ -134,13 +135,20 @@ class ProgressReport:
         else:
             self.settling.see(wall, unbalanced)
             outlook = self.settling.describe()
-        state = (
+        self.state = (
             f"t = {now:.3f} of {self.end:g} s  {speed:.3g} s/s  "
             f"energy error {100.0 * energy_error:.3f} %  contacts {contact_count}  {outlook}"
         )
         if self.progress is not None:
             shown = now if way_share is None else max(now, way_share * self.end)
-            self.progress.update(self.task, completed=shown, state=state)
+            self.progress.update(self.task, completed=shown)
+        self.show("")
+
+    def show(self, detail: str) -> None:
+        """Show the last state of the run, with a detail of what it computes now."""
+        state = f"{self.state}  {detail}".rstrip()
+        if self.progress is not None:
+            self.progress.update(self.task, state=state)
         elif time.monotonic() - self.last_line >= PLAIN_EVERY:
             self.last_line = time.monotonic()
             self.console.print(state, highlight=False)

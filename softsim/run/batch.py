@@ -166,6 +166,8 @@ class Batch:
         relaxation = self.runs[0].model.relaxation  # a static run is alone
         tolerance = float("nan") if relaxation is None else relaxation.tolerance
         report = ProgressReport(console, end, self.solver.time, tolerance)
+        for run in self.runs:
+            run.show = report.show
         status = "aborted"
         try:
             with stop_signals() as asked:

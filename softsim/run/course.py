@@ -6,7 +6,7 @@ and model only, so a run takes the same course whatever is computed beside it an
 
 import logging
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -269,7 +269,8 @@ class Run:
     """Run of one scenario of a solver.
 
     files: its record, with scene and model. finished: True if nothing is left to compute.
-    outcome: its Results, or the error that stopped it; None while it runs.
+    outcome: its Results, or the error that stopped it; None while it runs. show: shows a detail of
+    what is computed, on the console.
     """
 
     def __init__(
@@ -288,6 +289,7 @@ class Run:
         self.finished = False
         self.energy_error, self.contact_count, self.unbalanced_share = 0.0, 0, float("nan")
         self.outcome: Results | SoftsimError | None = None
+        self.show: Callable[[str], None] = lambda detail: None
 
     def begin(self, settled: float | None) -> None:
         """Start at t = 0; the energy reader must be up to date.

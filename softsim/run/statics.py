@@ -1,6 +1,5 @@
 """Static run by Newton's method: a block is a load step, and every row shows an equilibrium."""
 
-import logging
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,6 @@ from softsim.solver.guards import refuse_broken_elements
 from softsim.statics.arc_length import ArcSteps
 from softsim.statics.forces import TRIAL_DURATION, StaticForces
 from softsim.statics.newton import Equilibrium, LoadSteps, Newton, NoEquilibriumError
-
-log = logging.getLogger("softsim")
 
 ADVICE = (
     "beyond a limit point a pressure or a force has no equilibrium nearby: drive the chamber by "
@@ -76,7 +73,8 @@ class StaticRun(Run):
         return f", with {', '.join(found)}" if found else ""
 
     def _see(self, iteration: int, share: float) -> None:
-        log.debug("iteration %d: unbalanced share %.3g", iteration, share)
+        step = len(self.iterations) + 1
+        self.show(f"load step {step}, iteration {iteration}, unbalanced {share:.1e}")
 
     def _next_due(self) -> float:
         """Return the load time [s] of the next row, frame or end."""

@@ -30,3 +30,13 @@ def test_the_line_counts_to_the_goal_and_not_to_the_time_limit(monkeypatch):
     assert early.endswith("20 % of the distance, ETA 16 s")
     assert late.endswith("50 % of the distance, ETA 7 s")
     assert "of the distance" not in without and "ETA" in without
+
+
+def test_a_detail_follows_the_last_state(monkeypatch):
+    monkeypatch.setattr(console, "PLAIN_EVERY", 0.0)
+    shown = io.StringIO()
+    report = ProgressReport(Console(file=shown, width=200), 60.0, 0.0, float("nan"))
+    report.update(3.0, 0.0, 0, 1e-7)
+    report.show("load step 2, iteration 1, unbalanced 1.0e-03")
+    plain, with_detail = shown.getvalue().splitlines()
+    assert with_detail == f"{plain}  load step 2, iteration 1, unbalanced 1.0e-03"
