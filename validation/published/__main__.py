@@ -1,9 +1,9 @@
 """`python -m validation.published`: all scripts on measurements of others, one page."""
 
 from validation.command import command
-from validation.published import rubber_multiaxial, silicone_compression
+from validation.published import falling_rod, rubber_multiaxial, silicone_compression
 
-SCRIPTS = [rubber_multiaxial.SCRIPT, silicone_compression.SCRIPT]
+SCRIPTS = [rubber_multiaxial.SCRIPT, silicone_compression.SCRIPT, falling_rod.SCRIPT]
 
 if __name__ == "__main__":
     command(SCRIPTS)
