@@ -79,9 +79,23 @@ def materials(
 
 
 def fit_material(
-    file: Annotated[Path, typer.Argument(help="Data file of a uniaxial test.", show_default=False)],
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE...", help="Data files of tests.", show_default=False),
+    ],
     max_strain: Annotated[float, typer.Option(help="Fit up to this strain; 1 is 100 %.")],
     law: Annotated[str, typer.Option(help="Strain-energy law, named as in a scene.")] = "yeoh",
+    mode: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Mode of each test, in the order of the files: uniaxial, equibiaxial, planar or "
+            "compression; default: uniaxial."
+        ),
+    ] = None,
+    weight: Annotated[
+        list[float] | None,
+        typer.Option(help="Weight of each test, in the order of the files; default: 1."),
+    ] = None,
     min_strain: Annotated[float, typer.Option(help="Ignore data below this strain.")] = 0.1,
     terms: Annotated[
         int | None, typer.Option(help="Number of constants to fit; default: all.")
@@ -94,20 +108,44 @@ def fit_material(
     stress_unit: StressUnit = None,
     delimiter: Delimiter = None,
 ) -> None:
-    """Fit material constants to a tensile test; print the error of the fit and its strain range."""
+    """Fit material constants to tests; print the error of the fit and its strain range.
+
+    Several tests in different modes are fitted at once. The error of each is printed, and how well
+    a fit to one of them alone predicts the others.
+    """
     with explained() as console:
-        from softsim.materials.fitting import fit_law
+        from softsim.materials.fitting import fit_tests, prediction_errors
         from softsim.materials.laws import named_law
         from softsim.materials.tensile import read_tensile_test
-        from softsim.report.fit import draw_fit, fit_rows, scene_snippet
+        from softsim.report import fit as report
 
-        test = read_tensile_test(file, strain_column, stress_column, stress_unit, delimiter)
-        fit = fit_law(test, named_law(law), max_strain, min_strain, terms)
-        figure = out or Path(f"{file.stem}_{law}.png")
-        draw_fit(test, fit, figure)
-        console.print(unheaded(fit_rows(fit)))
+        modes = mode or ["uniaxial"] * len(files)
+        for option, given in (("mode", modes), ("weight", weight or files)):
+            if len(given) != len(files):
+                raise MaterialError(
+                    f"there are {len(files)} files and {len(given)} times --{option}",
+                    hint=f"give --{option} once per file, in the order of the files",
+                )
+        columns = strain_column, stress_column, stress_unit, delimiter
+        tests = [
+            read_tensile_test(file, *columns, one) for file, one in zip(files, modes, strict=True)
+        ]
+        chosen = named_law(law)
+        fits = fit_tests(tests, chosen, max_strain, min_strain, terms, weight or None)
+        figure = out or Path(f"{files[0].stem}_{law}.png")
+        report.draw_fit(tests, fits, figure)
+        if len(tests) == 1:
+            console.print(unheaded(report.fit_rows(fits)))
+        else:
+            names = report.names_of(tests)
+            errors = prediction_errors(tests, chosen, max_strain, min_strain, terms)
+            console.print(unheaded(report.fit_rows(fits, names)))
+            console.print("rms error of each test with the constants fitted to one test alone")
+            console.print(unheaded(report.prediction_rows(names, errors)), highlight=False)
+            for text in report.prediction_warnings(names, fits, errors):
+                console.print(f"warning: {text}", highlight=False)
         console.print(f"figure  {figure}", highlight=False)
-        print(f"\n{scene_snippet(test, fit, law)}")
+        print(f"\n{report.scene_snippet(tests, fits, law)}")
 
 
 def spectrum(

@@ -1,6 +1,7 @@
-"""Constants of a law from a uniaxial tensile test, by least squares.
+"""Constants of a law from one or several tests in different modes, by least squares.
 
-The fit is to the nominal stress of the incompressible solid (materials/law.py) at l = 1 + strain.
+The fit is to the nominal stress of the incompressible solid (materials/law.py) at l = 1 + strain,
+l = 1 - strain in compression.
 Where it is linear in the constants of a law, no start values are needed; otherwise the best result
 of several starts is taken.
 
@@ -11,8 +12,9 @@ it does not determine the slack. Instead, points below `min_strain` are left out
 relative error is that of the toe. For each 1 % of slack C10 is 1 to 3 % too small.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -20,13 +22,21 @@ from scipy.optimize import least_squares
 
 from softsim.errors import MaterialError
 from softsim.materials.law import EQUIBIAXIAL, PLANAR, UNIAXIAL, Law
-from softsim.materials.tensile import TensileTest
+from softsim.materials.neo_hooke import NeoHooke
+from softsim.materials.tensile import TEST_MODES, TensileTest
 
 MIN_STRAIN = 0.1
 """Strain below which a test from crosshead travel shows its slack rather than its material."""
 
 SPAN = (1e-6, 1e2)
 """Bounds of the fitted constants as multiples of the start values."""
+
+PREDICTED_WITHIN = 0.1
+"""Relative rms error up to which a fit to one test counts as a prediction of another one.
+
+It is a multiple of the 1 to 2 % by which a law misses a single test of a silicone, and below the
+tens of per cent by which sources of a silicone differ.
+"""
 
 FEWEST_POINTS = 8
 """Minimum number of points of a fit, so that the residual is meaningful."""
@@ -36,13 +46,15 @@ FEWEST_POINTS = 8
 class Fit:
     """Law fitted to a test, with the quality of the fit.
 
-    law: with its constants [Pa]; min_strain, max_strain: engineering strains [-] of the range, and
-    points: measured in it; residual: root mean square [Pa] over the strain; relative_residual: that
-    over the root mean square of the stress [-]; worst_error: largest |fitted - measured| /
-    measured stress [-], at worst_strain; r_squared: coefficient of determination [-].
+    law: with its constants [Pa]; mode: of the test; min_strain, max_strain: engineering strains [-]
+    of the range, and points: measured in it; residual: root mean square [Pa] over the strain;
+    relative_residual: that over the root mean square of the stress [-]; worst_error: largest
+    |fitted - measured| / measured stress [-], at worst_strain; r_squared: coefficient of
+    determination [-].
     """
 
     law: Law
+    mode: str
     min_strain: float
     max_strain: float
     points: int
@@ -60,26 +72,72 @@ def fit_law(
     min_strain: float = MIN_STRAIN,
     terms: int | None = None,
 ) -> Fit:
-    """Fit `law` to the first loading of `test` between two engineering strains.
+    """Fit `law` to the first loading of `test` between two engineering strains: see `fit_tests`."""
+    return fit_tests([test], law, max_strain, min_strain, terms)[0]
 
-    law: a value of `LAWS`; terms: how many of its terms are fitted, the later ones stay 0; None for
-    all. A Yeoh law of two terms is often the better choice: the third one of a silicone tends to be
-    negative, and makes the stress fall beyond the range. Each point is weighted by the strain
-    interval it represents, so that the density of the samples has no effect.
+
+def fit_tests(
+    tests: Sequence[TensileTest],
+    law: type[Law],
+    max_strain: float,
+    min_strain: float = MIN_STRAIN,
+    terms: int | None = None,
+    weights: Sequence[float] | None = None,
+) -> list[Fit]:
+    """Fit one set of constants of `law` to the first loading of several tests.
+
+    Each point is weighted by the strain interval it represents, so that the density of the samples
+    has no effect. The sum of squares of a test is divided by that of its stress and multiplied by
+    its weight, so that tests of equal weight count with their relative errors.
+
+    Parameters
+    ----------
+    tests:
+        Tests in any modes, at least one.
+    law:
+        Value of `LAWS`.
+    max_strain, min_strain:
+        Engineering strains [-] between which the tests are fitted; magnitudes in compression.
+    terms:
+        Number of fitted terms of the law, the later ones stay 0; None for all. A Yeoh law of two
+        terms is often the better choice: the third one of a silicone tends to be negative, and
+        makes the stress fall beyond the range.
+    weights:
+        Positive weight of each test; None for 1 each.
+
+    Returns
+    -------
+    list[Fit]
+        One fit per test, all with the same law.
 
     Raises
     ------
-    MaterialError: an empty range or one with too few points, a stress in it that does not pull, a
-    wrong number of terms, C10 <= 0.
+    MaterialError
+        An empty range or one with too few points, a stress in it that is not positive, a wrong
+        number of terms or weights, an initial shear modulus <= 0.
     """
     terms = _checked_terms(law, terms)
-    chosen = _in_range(test, min_strain, max_strain)
-    weight = _strain_shares(chosen.strain)
-    starts = law.starts(terms, float(chosen.stress[0] / (3.0 * chosen.strain[0])))
+    weights = [1.0] * len(tests) if weights is None else weights
+    if len(weights) != len(tests) or not all(0.0 < w < math.inf for w in weights):
+        raise MaterialError(
+            f"{len(tests)} tests have the weights {', '.join(f'{w:g}' for w in weights)}",
+            hint="give each test one positive weight",
+        )
+    chosen = [_in_range(test, min_strain, max_strain) for test in tests]
+    shares = [_strain_shares(test.strain) for test in chosen]
+    squares = [float(share @ t.stress**2) for share, t in zip(shares, chosen, strict=True)]
+    # Relative to the first test, so that the weight of a single test is exactly its shares.
+    point_weights = np.concatenate([
+        share * (w / weights[0] * squares[0] / square)
+        for share, w, square in zip(shares, weights, squares, strict=True)
+    ])  # fmt: skip
+    first = chosen[0]
+    unit_slope = TEST_MODES[first.mode].stress_slope(NeoHooke(0.5), np.ones(1))[0]
+    starts = law.starts(terms, float(first.stress[0] / (unit_slope * first.strain[0])))
     if starts:
-        fitted = _fitted_from(law, starts, chosen, weight)
+        fitted = _fitted_from(law, starts, chosen, point_weights)
     else:
-        fitted = _fitted_linearly(law, terms, chosen, weight)
+        fitted = _fitted_linearly(law, terms, chosen, point_weights)
     if fitted.initial_shear_modulus <= 0.0:
         constants = ", ".join(f"{name} = {c:.3g} Pa" for name, c in vars(fitted).items())
         raise MaterialError(
@@ -88,44 +146,91 @@ def fit_law(
             hint="fit a smaller range (--max-strain), ignore more of the start of the curve "
             "(--min-strain), or fit fewer constants (--terms)",
         )
-    error = UNIAXIAL.nominal_stress(fitted, 1.0 + chosen.strain) - chosen.stress
-    relative = np.abs(error) / chosen.stress
+    return [
+        _fit_of(fitted, test, min_strain, max_strain, float(whole.first_loading().strain[-1]))
+        for test, whole in zip(chosen, tests, strict=True)
+    ]
+
+
+def _fit_of(law: Law, test: TensileTest, low: float, high: float, last: float) -> Fit:
+    """Return the quality of `law` in the points of `test`, whose loading ends at `last`."""
+    share = _strain_shares(test.strain)
+    error = test.stress_of(law, test.strain) - test.stress
+    relative = np.abs(error) / test.stress
     worst = int(np.argmax(relative))
-    square = float(weight @ error**2)
-    spread = chosen.stress - weight @ chosen.stress
+    square = float(share @ error**2)
+    spread = test.stress - share @ test.stress
     return Fit(
-        law=fitted,
-        min_strain=min_strain,
-        max_strain=min(max_strain, float(test.first_loading().strain[-1])),
-        points=len(chosen.strain),
+        law=law,
+        mode=test.mode,
+        min_strain=low,
+        max_strain=min(high, last),
+        points=len(test.strain),
         residual=square**0.5,
-        relative_residual=(square / float(weight @ chosen.stress**2)) ** 0.5,
+        relative_residual=(square / float(share @ test.stress**2)) ** 0.5,
         worst_error=float(relative[worst]),
-        worst_strain=float(chosen.strain[worst]),
-        r_squared=1.0 - square / float(weight @ spread**2),
+        worst_strain=float(test.strain[worst]),
+        r_squared=1.0 - square / float(share @ spread**2),
     )
 
 
-def _fitted_linearly(law: type[Law], terms: int, test: TensileTest, weight: np.ndarray) -> Law:
-    """Return the best fit of a law with stress linear in its constants; weight (points,)."""
+def prediction_errors(
+    tests: Sequence[TensileTest],
+    law: type[Law],
+    max_strain: float,
+    min_strain: float = MIN_STRAIN,
+    terms: int | None = None,
+) -> np.ndarray:
+    """Return the relative rms errors (n, n) [-] in test j of `law` fitted to test i alone.
+
+    A row is NaN if its test alone gives no stable fit.
+
+    Raises
+    ------
+    MaterialError
+        As `fit_tests`, except for an initial shear modulus <= 0.
+    """
+    chosen = [_in_range(test, min_strain, max_strain) for test in tests]
+    errors = np.full((len(tests), len(tests)), np.nan)
+    for i, test in enumerate(tests):
+        try:
+            alone = fit_law(test, law, max_strain, min_strain, terms).law
+        except MaterialError:
+            continue
+        for j, other in enumerate(chosen):
+            share = _strain_shares(other.strain)
+            miss = other.stress_of(alone, other.strain) - other.stress
+            errors[i, j] = math.sqrt((share @ miss**2) / (share @ other.stress**2))
+    return errors
+
+
+def _fitted_linearly(
+    law: type[Law], terms: int, tests: Sequence[TensileTest], weight: np.ndarray
+) -> Law:
+    """Return the best fit of a law with stress linear in its constants; weight (all points,)."""
     units = [law.of_constants(unit) for unit in np.eye(terms).tolist()]
-    columns = np.stack([UNIAXIAL.nominal_stress(unit, 1.0 + test.strain) for unit in units], axis=1)
+    columns = np.stack([_stresses(unit, tests) for unit in units], axis=1)
     # The columns differ by powers of I1 - 3: of a common size, none is lost to rounding.
     size = np.linalg.norm(columns, axis=0)
     root = np.sqrt(weight)
-    solution, *_ = np.linalg.lstsq(columns / size * root[:, None], test.stress * root, rcond=None)
+    stress = np.concatenate([test.stress for test in tests])
+    solution, *_ = np.linalg.lstsq(columns / size * root[:, None], stress * root, rcond=None)
     return law.of_constants([float(c) for c in solution / size])
 
 
 def _fitted_from(
-    law: type[Law], starts: list[tuple[float, ...]], test: TensileTest, weight: np.ndarray
+    law: type[Law],
+    starts: list[tuple[float, ...]],
+    tests: Sequence[TensileTest],
+    weight: np.ndarray,
 ) -> Law:
     """Return the best fit from these start constants, each of which keeps its sign."""
     root = np.sqrt(weight)
+    stress = np.concatenate([test.stress for test in tests])
 
     def error(relative: np.ndarray, start: np.ndarray) -> np.ndarray:
         fitted = law.of_constants((relative * start).tolist())
-        return (UNIAXIAL.nominal_stress(fitted, 1.0 + test.strain) - test.stress) * root
+        return (_stresses(fitted, tests) - stress) * root
 
     results = [
         (least_squares(error, np.ones(len(start)), bounds=SPAN, args=(start,)), start)
@@ -133,6 +238,11 @@ def _fitted_from(
     ]
     best, start = min(results, key=lambda result: result[0].cost)
     return law.of_constants((best.x * start).tolist())
+
+
+def _stresses(law: Law, tests: Sequence[TensileTest]) -> np.ndarray:
+    """Return the stresses of `law` at the strains of all tests (all points,) [Pa]."""
+    return np.concatenate([test.stress_of(law, test.strain) for test in tests])
 
 
 def _checked_terms(law: type[Law], terms: int | None) -> int:
@@ -160,7 +270,7 @@ def _in_range(test: TensileTest, low: float, high: float) -> TensileTest:
             f"{where} the stress at a strain of {at:.3g} is not positive",
             hint="start above it (--min-strain), or check the sign and the zero of the load cell",
         )
-    return TensileTest(strain, stress, test.title, test.source)
+    return replace(loading, strain=strain, stress=stress)
 
 
 def _strain_shares(strain: np.ndarray) -> np.ndarray:

@@ -1,4 +1,6 @@
-"""Uniaxial tensile tests from text tables: engineering strain and engineering stress.
+"""Tests of materials from text tables: engineering strain and engineering stress.
+
+A test is in uniaxial, equibiaxial or planar tension, or in uniaxial compression.
 
 The defaults read the files of the Soft Robotics Materials Database (Marechal et al., Soft
 Robotics, doi 10.1089/soro.2019.0115) as they are.
@@ -7,16 +9,24 @@ Robotics, doi 10.1089/soro.2019.0115) as they are.
 import difflib
 import math
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from softsim import units
 from softsim.errors import Location, MaterialError
+from softsim.materials.law import EQUIBIAXIAL, PLANAR, UNIAXIAL, Law, Mode
 
 STRAIN_COLUMN, STRESS_COLUMN = "Engineering Strain", "Engineering Stress"
 DELIMITERS = (";", ",", "\t")
+
+COMPRESSION = "compression"
+TEST_MODES: Mapping[str, Mode] = {
+    **{mode.name: mode for mode in (UNIAXIAL, EQUIBIAXIAL, PLANAR)}, COMPRESSION: UNIAXIAL,
+}  # fmt: skip
+"""Name of the mode of a test -> its deformation; compression is uniaxial with a stretch below 1."""
 
 # A heading such as "Engineering Stress (MPa)" or "strain [%]".
 HEADING = re.compile(r"(?P<name>.*?)\s*[(\[](?P<unit>[^()\[\]]+)[)\]]")
@@ -24,16 +34,23 @@ HEADING = re.compile(r"(?P<name>.*?)\s*[(\[](?P<unit>[^()\[\]]+)[)\]]")
 
 @dataclass(frozen=True, eq=False)
 class TensileTest:
-    """Uniaxial tensile test.
+    """Test of a material in one mode of deformation.
 
     strain: engineering strain [-], (points,); stress: engineering stress, force over undeformed
-    area [Pa], (points,); title: name of the specimen; source: the file.
+    area [Pa], (points,); both are positive in compression, too. title: name of the specimen;
+    source: the file; mode: a name of TEST_MODES.
     """
 
     strain: np.ndarray
     stress: np.ndarray
     title: str
     source: str = ""
+    mode: str = UNIAXIAL.name
+
+    def stress_of(self, law: Law, strain: np.ndarray) -> np.ndarray:
+        """Return the engineering stress [Pa] of `law` in the mode of the test, at `strain`."""
+        sign = -1.0 if self.mode == COMPRESSION else 1.0
+        return sign * TEST_MODES[self.mode].nominal_stress(law, 1.0 + sign * strain)
 
     def first_loading(self) -> "TensileTest":
         """Return the part up to the largest stress, without points below the largest strain so far.
@@ -43,7 +60,7 @@ class TensileTest:
         end = int(np.argmax(self.stress)) + 1
         strain, stress = self.strain[:end], self.stress[:end]
         is_new = np.r_[True, strain[1:] > np.maximum.accumulate(strain)[:-1]]
-        return TensileTest(strain[is_new], stress[is_new], self.title, self.source)
+        return replace(self, strain=strain[is_new], stress=stress[is_new])
 
 
 @dataclass(frozen=True)
@@ -81,21 +98,28 @@ def read_tensile_test(
     stress_column: str = STRESS_COLUMN,
     stress_unit: str | None = None,
     delimiter: str | None = None,
+    mode: str = UNIAXIAL.name,
 ) -> TensileTest:
-    """Return the tensile test in the text table `path` (UTF-8 or latin-1).
+    """Return the test in the text table `path` (UTF-8 or latin-1).
 
     Lines above the one that names both columns are skipped. A heading may have a unit in brackets:
     strain in % is converted to a ratio, and stress to Pa. `stress_unit` takes precedence over the
     heading. Without `delimiter` the first of ; , tab with which both columns are found is used. If
-    the delimiter is not a comma, a comma in a number is a decimal sign.
+    the delimiter is not a comma, a comma in a number is a decimal sign. Strain and stress in
+    `mode` "compression" may be negative in the table, and sorted by the stretch.
 
     Raises
     ------
-    MaterialError: no such file, no line with both columns, no or a wrong unit of stress, a cell
-    that is not a number, no rows; the error quotes the line if there is one.
+    MaterialError: no such mode or file, a compressive strain of 1 or more, no line with both
+    columns, no or a wrong unit of stress, a cell that is not a number, no rows; the error quotes
+    the line if there is one.
     """
     if delimiter == "":
         raise MaterialError("the delimiter is empty", hint="give the character between two cells")
+    if mode not in TEST_MODES:
+        raise MaterialError(
+            f"there is no mode '{mode}' of a test", hint=f"one of {', '.join(TEST_MODES)}"
+        )
     text = _read(path)
     header = _find_header(text, strain_column, stress_column, delimiter)
     strain_factor = 0.01 if header.strain_unit == "%" else 1.0
@@ -107,18 +131,26 @@ def read_tensile_test(
     ]
     if not rows:
         raise text.refusal(header.line, 1, "no rows follow below the column headings")
-    strain, stress = np.array(rows).T
-    title = path.stem.replace("_", " ")
-    return TensileTest(strain_factor * strain, stress_factor * stress, title, str(path))
+    strain, stress = np.array(rows).T * np.array([[strain_factor], [stress_factor]])
+    if mode == COMPRESSION:
+        strain, stress = (x * (-1.0 if x[np.argmax(np.abs(x))] < 0.0 else 1.0)
+                          for x in (strain, stress))  # fmt: skip
+        if (np.diff(strain) < 0.0).all():  # sorted by the stretch, not recorded in time
+            strain, stress = strain[::-1], stress[::-1]
+        if strain.max() >= 1.0:
+            raise MaterialError(
+                f"{path}: a compressive strain of {strain.max():.3g} is not below 1",
+                hint="a strain without a unit is a ratio; write the unit after the heading, "
+                "such as 'Engineering Strain [%]'",
+            )
+    return TensileTest(strain, stress, path.stem.replace("_", " "), str(path), mode)
 
 
 def _read(path: Path) -> _Text:
     try:
         content = path.read_bytes()
     except OSError as error:
-        raise MaterialError(
-            f"cannot read the tensile test {path}: {error.strerror or error}"
-        ) from error
+        raise MaterialError(f"cannot read the test {path}: {error.strerror or error}") from error
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:

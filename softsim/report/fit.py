@@ -1,17 +1,25 @@
-"""Material law fitted to a tensile test: curves, numbers, and the lines for a scene."""
+"""Material law fitted to tests: curves, numbers, warnings, and the lines for a scene."""
 
 import json
 import re
+from collections.abc import Sequence
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
 
-from softsim.materials.fitting import LARGEST_STRETCH, SMALLEST_STRETCH, Fit, instability_stretch
+from softsim.materials.fitting import (
+    LARGEST_STRETCH,
+    PREDICTED_WITHIN,
+    SMALLEST_STRETCH,
+    Fit,
+    instability_stretch,
+)
 from softsim.materials.law import UNIAXIAL, Law
 from softsim.materials.tensile import TensileTest
 from softsim.report.diagram import FLAT, POINTS, TALL, Diagram, Panel, PlotAxis, PlotSeries, Scale
 from softsim.report.png import draw
-from softsim.report.style import BLUE, ORANGE, QUIET, RED
+from softsim.report.style import BLUE, COLOURS, ORANGE, QUIET, RED
 
 SHOWN_BEYOND = 1.6
 """Ratio of the plotted strain to the largest strain of the fit."""
@@ -21,13 +29,56 @@ HEADROOM = 1.15
 
 LAW_POINTS = 400
 
+LARGEST_SHOWN = 10.0
+"""Relative error above which its size is not printed."""
+
 ASSUMED_DENSITY = 1070
 """Density of a silicone [kg/m^3] according to the data sheets of Dragon Skin 10 and Ecoflex."""
 
 
-def draw_fit(test: TensileTest, fit: Fit, path: Path) -> None:
-    """Draw `fit_diagram` as PNG. Raises OutputError if the file cannot be written."""
-    draw(path, fit_diagram(test, fit))
+def draw_fit(tests: Sequence[TensileTest], fits: Sequence[Fit], path: Path) -> None:
+    """Draw the diagram of one or several tests with one law fitted to them as PNG.
+
+    Raises OutputError if the file cannot be written.
+    """
+    several = len(tests) > 1
+    draw(path, fits_diagram(tests, fits) if several else fit_diagram(tests[0], fits[0]))
+
+
+def fits_diagram(tests: Sequence[TensileTest], fits: Sequence[Fit]) -> Diagram:
+    """Return the diagram of a law fitted to several tests, each with a colour of its own.
+
+    Points are measured within the range of the fit, lines fitted; below is the relative error.
+    """
+    largest = max(float(test.first_loading().stress.max()) for test in tests)
+    factor, unit = (1e-3, "kPa") if largest < 1e6 else (1e-6, "MPa")
+    curves, errors = [], []
+    for name, test, fit, colour in zip(names_of(tests), tests, fits, cycle(COLOURS)):
+        loading = test.first_loading()
+        inside = (loading.strain > fit.min_strain) & (loading.strain <= fit.max_strain)
+        strain, stress = loading.strain[inside], loading.stress[inside]
+        x = np.linspace(0.0, float(strain[-1]), LAW_POINTS)
+        error = test.stress_of(fit.law, strain) / stress - 1.0
+        fitted = factor * test.stress_of(fit.law, x)
+        curves += [
+            PlotSeries(name, 100.0 * strain, factor * stress, colour, POINTS),
+            PlotSeries("", 100.0 * x, fitted, colour),
+        ]
+        errors.append(PlotSeries("", 100.0 * strain, 100.0 * error, colour))
+    panels = [
+        Panel(PlotAxis(Scale(f"engineering stress [{unit}]"), curves), height=TALL),
+        Panel(PlotAxis(Scale("relative error [%]", from_zero=True), errors), height=FLAT),
+    ]
+    remark = f"{len(tests)} tests, {_constants(fits[0])}"
+    return Diagram("Fit", Scale("engineering strain [%]"), panels, remark)
+
+
+def names_of(tests: Sequence[TensileTest]) -> list[str]:
+    """Return the modes of the tests, with their titles where several have the same mode."""
+    modes = [test.mode for test in tests]
+    return [
+        test.mode if modes.count(test.mode) == 1 else f"{test.mode}, {test.title}" for test in tests
+    ]
 
 
 def fit_diagram(test: TensileTest, fit: Fit) -> Diagram:
@@ -42,10 +93,10 @@ def fit_diagram(test: TensileTest, fit: Fit) -> Diagram:
     inside = (strain > fit.min_strain) & (strain <= fit.max_strain)
     factor, unit = (1e-3, "kPa") if stress.max() < 1e6 else (1e-6, "MPa")
     x = np.linspace(0.0, float(strain[-1]), LAW_POINTS)
-    law = UNIAXIAL.nominal_stress(fit.law, 1.0 + x)
+    law = test.stress_of(fit.law, x)
     law[law > HEADROOM * stress.max()] = np.nan
     fitted = np.where((x >= fit.min_strain) & (x <= fit.max_strain), law, np.nan)
-    error = UNIAXIAL.nominal_stress(fit.law, 1.0 + strain[inside]) / stress[inside] - 1.0
+    error = test.stress_of(fit.law, strain[inside]) / stress[inside] - 1.0
     curves = [
         PlotSeries("measured", 100.0 * strain, factor * stress, QUIET),
         PlotSeries(
@@ -80,20 +131,32 @@ def _numbers(law: Law, name: str, digits: int) -> list[str]:
     return [f"{factor * c:#.{digits}g}{unit}" for c in np.ravel(getattr(law, name))]
 
 
-def fit_rows(fit: Fit) -> list[tuple[str, str]]:
-    """Return the numbers of a fit as (name, text): range, constants, error, range of validity."""
+def fit_rows(fits: Sequence[Fit], names: Sequence[str] = ("",)) -> list[tuple[str, str]]:
+    """Return the numbers of fits with one law as (name, text), for tests of these `names`.
+
+    They are the constants, the range and the error in each test, and the range of validity.
+    """
+    law = fits[0].law
     rows = [
-        ("range", f"strain {fit.min_strain:.3g} to {fit.max_strain:.3g}, {fit.points} points"),
-        *((name, ", ".join(_numbers(fit.law, name, 4))) for name in vars(fit.law)),
-        ("mu0", f"{fit.law.initial_shear_modulus / 1e3:#.4g} kPa"),
-        (
-            "residual",
-            f"{fit.residual / 1e3:.3g} kPa rms, {100 * fit.relative_residual:.2g} % of the stress, "
-            f"R^2 = {fit.r_squared:.5f}",
-        ),
-        ("largest error", f"{100 * fit.worst_error:.3g} % at a strain of {fit.worst_strain:.3g}"),
+        *((name, ", ".join(_numbers(law, name, 4))) for name in vars(law)),
+        ("mu0", f"{law.initial_shear_modulus / 1e3:#.4g} kPa"),
     ]
-    for path, stretch in instability_stretch(fit.law).items():
+    for fit, name in zip(fits, names, strict=True):
+        rows += [
+            *([(name, "")] if name else []),
+            ("range", f"strain {fit.min_strain:.3g} to {fit.max_strain:.3g}, {fit.points} points"),
+            (
+                "residual",
+                f"{fit.residual / 1e3:.3g} kPa rms, {100 * fit.relative_residual:.2g} % of the "
+                f"stress, R^2 = {fit.r_squared:.5f}",
+            ),
+            (
+                "largest error",
+                f"{100 * fit.worst_error:.3g} % at a strain of {fit.worst_strain:.3g}",
+            ),
+        ]
+    rows += [("stability", "")] if len(fits) > 1 else []
+    for path, stretch in instability_stretch(law).items():
         end = SMALLEST_STRETCH if path == "compression" else LARGEST_STRETCH
         is_stable = f"stable: the stress rises up to a stretch of {end:g}"
         rows.append(
@@ -102,8 +165,62 @@ def fit_rows(fit: Fit) -> list[tuple[str, str]]:
     return rows
 
 
-def scene_snippet(test: TensileTest, fit: Fit, law: str) -> str:
-    """Return the fitted material in the YAML of a scene; `law` is its name in scenes."""
+def _percent(error: float) -> str:
+    """Return a relative error in per cent with two or three digits."""
+    if error > LARGEST_SHOWN:
+        return f"more than {100.0 * LARGEST_SHOWN:.0f} %"
+    return f"{100.0 * error:.0f} %" if error > 0.1 else f"{100.0 * error:.2g} %"
+
+
+def prediction_rows(names: Sequence[str], errors: np.ndarray) -> list[tuple[str, str]]:
+    """Return the errors (n, n) of `prediction_errors` as (name, text), one row per test fitted."""
+    rows = []
+    for name, row in zip(names, errors, strict=True):
+        texts = [f"{other} {_percent(error)}" for other, error in zip(names, row, strict=True)]
+        stable = bool(np.isfinite(row).all())
+        rows.append((name, ", ".join(texts) if stable else "this test alone gives no stable fit"))
+    return rows
+
+
+def prediction_warnings(names: Sequence[str], fits: Sequence[Fit], errors: np.ndarray) -> list[str]:
+    """Return warnings on tests that a fit to another one, or to all, misses by PREDICTED_WITHIN.
+
+    errors (n, n): those of `prediction_errors`.
+    """
+    found = []
+    for name, row in zip(names, errors, strict=True):
+        missed = [
+            f"{other} by {_percent(error)}"
+            for other, error in zip(names, row, strict=True)
+            if other != name and error > PREDICTED_WITHIN
+        ]
+        if missed:
+            found.append(
+                f"constants fitted to '{name}' alone miss {', '.join(missed)} rms: do not use "
+                "this law with that test alone where the part is loaded in the other modes"
+            )
+    joint = [
+        f"{name} by {_percent(fit.relative_residual)}"
+        for name, fit in zip(names, fits, strict=True)
+        if fit.relative_residual > PREDICTED_WITHIN
+    ]
+    if joint:
+        found.append(
+            f"the constants fitted to all tests miss {', '.join(joint)} rms: use another law "
+            "(--law) or more terms (--terms), or check that the specimens are of one batch"
+        )
+    return found
+
+
+def scene_snippet(tests: Sequence[TensileTest], fits: Sequence[Fit], law: str) -> str:
+    """Return the fitted material in the YAML of a scene; `law` is its name in scenes.
+
+    Its strain range is that of the uniaxial tests, or of all tests if none is uniaxial.
+    """
+    test, fit = tests[0], fits[0]
+    ranges = [one.max_strain for one in fits if one.mode == UNIAXIAL.name]
+    strain_range = max(ranges or [one.max_strain for one in fits])
+    listed = "; ".join(f"{one.source}, {one.mode}" for one in tests)
     name = re.sub(r"\W+", "_", test.title.lower(), flags=re.ASCII).strip("_")
     name = name if name[:1].isalpha() else f"material_{name}"
     lines = [
@@ -112,8 +229,8 @@ def scene_snippet(test: TensileTest, fit: Fit, law: str) -> str:
         f"    law: {law}",
         *(f"    {name}: {_in_yaml(fit.law, name)}" for name in _not_zero(fit.law)),
         f"    density: {ASSUMED_DENSITY} kg/m^3  # assumed; a tensile test does not give it",
-        f"    strain_range: {fit.max_strain:.3g}",
-        f"    source: {json.dumps(f'fit to {test.source}, uniaxial', ensure_ascii=False)}",
+        f"    strain_range: {strain_range:.3g}",
+        f"    source: {json.dumps(f'fit to {listed}', ensure_ascii=False)}",
     ]
     return "\n".join(lines)
 

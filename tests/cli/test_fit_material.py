@@ -9,6 +9,7 @@ import yaml
 
 from softsim.materials.law import UNIAXIAL
 from softsim.materials.laws import LAWS
+from softsim.materials.tensile import TensileTest
 from softsim.materials.yeoh import Yeoh
 
 NAMED = ["--strain-column", "e", "--stress-column", "s"]
@@ -95,3 +96,50 @@ def test_taichi_is_not_imported(curve, tmp_path):
         [sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=tmp_path
     )
     assert done.returncode == 0, done.stderr
+
+
+@pytest.fixture
+def modes(tmp_path):
+    """A Mooney-Rivlin solid in three modes: file names by mode."""
+    law, paths = LAWS["mooney_rivlin"](20e3, 10e3), {}
+    for mode, largest in (("uniaxial", 1.0), ("equibiaxial", 0.8), ("compression", 0.5)):
+        strain = np.linspace(0.0, largest, 40)
+        stress = TensileTest(strain, strain, "", mode=mode).stress_of(law, strain)
+        rows = [f"{e},{s}" for e, s in zip(strain, stress, strict=True)]
+        paths[mode] = tmp_path / f"{mode}.csv"
+        paths[mode].write_text("\n".join(["e,s [Pa]", *rows]))
+    return paths
+
+
+def test_several_modes_at_once(fit_material, modes, tmp_path):
+    of_each = [word for mode in modes for word in ("--mode", mode)]
+    options = ["--max-strain", 1, *NAMED, *of_each, "--law"]
+    done = fit_material(*modes.values(), *options, "mooney_rivlin")
+    assert done.exit_code == 0, done.stderr
+    assert "warning" not in done.stdout and "10.00 kPa" in done.stdout
+    for mode in modes:
+        assert done.stdout.count(f"\n {mode}") >= 2  # errors of the fit, and of predictions
+    snippet = yaml.safe_load(done.stdout[done.stdout.index("materials:") :])
+    assert snippet["materials"]["uniaxial"]["strain_range"] == 1.0
+    assert "equibiaxial.csv, equibiaxial; " in snippet["materials"]["uniaxial"]["source"]
+    assert (tmp_path / "uniaxial_mooney_rivlin.png").stat().st_size > 5000
+    done = fit_material(*modes.values(), *options, "neo_hooke", *["--weight", 1] * 3)
+    assert done.exit_code == 0, done.stderr
+    said = " ".join(done.stdout.split())
+    assert "warning: constants fitted to 'uniaxial' alone miss equibiaxial by" in said
+    assert "warning: the constants fitted to all tests miss" in said
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--mode", "planar"], "3 files and 1 times --mode"),
+        (["--weight", "2"], "3 files and 1 times --weight"),
+        (["--mode", "shear"] * 3, "no mode 'shear'"),
+        (["--weight", "0"] * 3, "one positive weight"),
+    ],
+)
+def test_modes_and_weights_that_do_not_fit(fit_material, modes, options, says):
+    done = fit_material(*modes.values(), "--max-strain", 1, *NAMED, *options)
+    assert done.exit_code == 2
+    assert says in done.stderr

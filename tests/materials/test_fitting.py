@@ -1,5 +1,6 @@
 """Least squares: constants that are known come back, and the library's come from its sources."""
 
+import csv
 import re
 from pathlib import Path
 
@@ -10,15 +11,16 @@ from hypothesis import strategies as st
 
 from softsim.builder import library_material
 from softsim.errors import MaterialError
-from softsim.materials.fitting import fit_law
+from softsim.materials.fitting import fit_law, fit_tests, prediction_errors
 from softsim.materials.law import EQUIBIAXIAL, UNIAXIAL
 from softsim.materials.mooney_rivlin import MooneyRivlin
 from softsim.materials.neo_hooke import NeoHooke
 from softsim.materials.ogden import Ogden
-from softsim.materials.tensile import TensileTest, read_tensile_test
+from softsim.materials.tensile import TEST_MODES, TensileTest, read_tensile_test
 from softsim.materials.yeoh import Yeoh
 
-TENSILE = Path(__file__).parents[2] / ".." / "shared" / "reference" / "tensile"
+REFERENCE = Path(__file__).parents[2] / ".." / "shared" / "reference"
+TENSILE = REFERENCE / "tensile"
 
 
 def number(low, high):
@@ -175,3 +177,100 @@ def test_the_library_holds_what_its_source_gives(name, file):
     assert held == pytest.approx(rounded)
     assert re.search(rf"up to {100 * data.strain_range:.0f} % strain", data.source)
     assert fit.relative_residual < 0.025
+
+
+def in_mode(law, mode, largest=1.0, points=40):
+    strain = np.linspace(0.0, 0.6 if mode == "compression" else largest, points)
+    blank = TensileTest(strain, strain, mode, mode=mode)
+    return TensileTest(strain, blank.stress_of(law, strain), mode, mode=mode)
+
+
+def test_the_stress_of_each_mode_is_its_closed_form():
+    """Treloar 1975, The Physics of Rubber Elasticity, section 5.3, of a Mooney-Rivlin solid.
+
+    In compression by e, the stress is that of the stretch 1 - e, counted positive.
+    """
+    C1, C2, e = 30e3, 8e3, 0.4
+    for mode, stretch, expected in (
+        ("uniaxial", 1 + e, lambda s: 2 * (s - s**-2) * (C1 + C2 / s)),
+        ("equibiaxial", 1 + e, lambda s: 2 * (s - s**-5) * (C1 + C2 * s**2)),
+        ("planar", 1 + e, lambda s: 2 * (s - s**-3) * (C1 + C2)),
+        ("compression", 1 - e, lambda s: -2 * (s - s**-2) * (C1 + C2 / s)),
+    ):
+        test = TensileTest(np.array([e]), np.array([1.0]), "t", mode=mode)
+        found = test.stress_of(MooneyRivlin(C1, C2), test.strain)
+        assert found == pytest.approx(expected(stretch)), mode
+
+
+@pytest.mark.parametrize("mode", TEST_MODES)
+@pytest.mark.parametrize("law", [Yeoh(2e4, 1e3, 50.0), Ogden((3e4,), (2.5,))])
+def test_the_curve_of_each_mode_is_met(law, mode):
+    """Its stress, not its constants: planar tension does not tell alpha from -alpha."""
+    fit = fit_law(in_mode(law, mode), type(law), 1.0, terms=None if type(law) is Yeoh else 1)
+    assert fit.mode == mode
+    assert fit.worst_error < 1e-6
+    assert fit.law.initial_shear_modulus == pytest.approx(law.initial_shear_modulus, rel=1e-5)
+
+
+def test_constants_come_back_from_all_modes_at_once():
+    law = Ogden((30e3, 2e3), (1.8, -3.0))
+    fits = fit_tests([in_mode(law, mode) for mode in TEST_MODES], Ogden, 1.0, terms=2)
+    assert [fit.mode for fit in fits] == list(TEST_MODES)
+    assert all(fit.law is fits[0].law and fit.relative_residual < 1e-6 for fit in fits)
+    assert fits[0].law.mu == pytest.approx(law.mu, rel=1e-4)
+
+
+def test_weights_pull_the_fit_towards_a_test():
+    """Two specimens of different stiffness: the modulus goes from the mean to the one preferred."""
+    soft, stiff = (in_mode(NeoHooke(C10), "uniaxial") for C10 in (10e3, 20e3))
+    moduli = [
+        fit_tests([soft, stiff], NeoHooke, 1.0, weights=weights)[0].law.C10
+        for weights in (None, (1.0, 1.0), (1.0, 1e6), (1e6, 1.0))
+    ]
+    # Least squares of the relative errors C/10 - 1 and C/20 - 1.
+    assert moduli[:2] == pytest.approx([12e3, 12e3])
+    assert moduli[2:] == pytest.approx([20e3, 10e3], rel=1e-4)
+
+
+@pytest.mark.parametrize("weights", [(1.0,), (1.0, 0.0), (1.0, -1.0), (1.0, float("nan"))])
+def test_weights_must_be_positive_and_one_per_test(weights):
+    tests = [in_mode(NeoHooke(1e4), "uniaxial"), in_mode(NeoHooke(1e4), "planar")]
+    with pytest.raises(MaterialError, match="2 tests have the weights") as caught:
+        fit_tests(tests, NeoHooke, 1.0, weights=weights)
+    assert "one positive weight" in caught.value.hint
+
+
+def test_a_law_that_lacks_I2_does_not_predict_the_other_modes():
+    rubber = MooneyRivlin(20e3, 10e3)
+    tests = [in_mode(rubber, mode) for mode in ("uniaxial", "equibiaxial")]
+    assert prediction_errors(tests, MooneyRivlin, 1.0) == pytest.approx(np.zeros((2, 2)), abs=1e-9)
+    errors = prediction_errors(tests, Yeoh, 1.0)
+    assert errors[0, 0] < 0.02 and errors[1, 1] < 0.02
+    assert errors[0, 1] > 0.3 and errors[1, 0] > 0.3
+
+
+def test_a_test_without_a_stable_fit_predicts_nothing():
+    good = in_mode(NeoHooke(10e3), "planar")
+    bad = TensileTest(good.strain, 1e3 * good.strain**6, "late")
+    errors = prediction_errors([good, bad], MooneyRivlin, 1.0)
+    assert np.isfinite(errors[0]).all() and np.isnan(errors[1]).all()
+
+
+def test_three_terms_of_Ogden_meet_the_rubber_of_Treloar_in_three_modes():
+    """Treloar 1944, Trans. Faraday Soc. 40:59-70, up to a stretch of 5: within 2 % rms each."""
+    path = REFERENCE / "measured" / "rubber_multiaxial" / "tests.csv"
+    if not path.is_file():
+        pytest.skip(f"no reference data here: {path}")
+    modes = {"uniaxial": "uniaxial", "equibiaxial": "equibiaxial", "pure shear": "planar"}
+    rows = [row for row in csv.DictReader(path.open()) if row["source"] == "Treloar_1944"]
+    tests = []
+    for name, mode in modes.items():
+        points = [
+            (float(r["stretch_1"]) - 1.0, 1e6 * float(r["nominal_stress_1_MPa"]))
+            for r in rows if r["test"] == name and r["stretch_1"]
+        ]  # fmt: skip
+        tests.append(TensileTest(*np.array(points).T, name, mode=mode))
+    fits = fit_tests(tests, Ogden, 4.0, min_strain=0.05)
+    assert max(fit.relative_residual for fit in fits) < 0.02
+    one = fit_tests(tests, Yeoh, 4.0, min_strain=0.05)
+    assert max(fit.relative_residual for fit in one) > 0.04

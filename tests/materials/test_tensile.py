@@ -113,3 +113,23 @@ def test_first_loading_ends_at_the_largest_stress_and_leaves_out_reloading():
         np.array([0.0, 2.0, 0.5, 1.9, 3.0, 4.0, 0.1]), "two cycles, then it breaks",
     )  # fmt: skip
     assert test.first_loading().strain.tolist() == [0.0, 0.2, 0.3, 0.4]
+
+
+@pytest.mark.parametrize(
+    "rows", ["-0.2,-3\n-0.1,-1\n", "0.1,1\n0.2,3\n", "0.1,-1\n0.2,-3\n", "-0.1,-1\n-0.2,-3\n"]
+)
+def test_compression_is_stored_positive_from_its_start(table, rows):
+    path = table(f"e,s [Pa]\n{rows}")
+    test = read_tensile_test(path, "e", "s", mode="compression")
+    assert (test.strain.tolist(), test.stress.tolist()) == ([0.1, 0.2], [1.0, 3.0])
+    assert test.first_loading().mode == "compression"
+
+
+def test_a_compressive_strain_without_its_per_cent(table):
+    path = table("e,s [Pa]\n-10,-1\n-20,-3\n")
+    assert "[%]" in refusal(path, strain_column="e", stress_column="s", mode="compression")
+
+
+def test_an_unknown_mode(table):
+    message = refusal(table(DATABASE), mode="shear")
+    assert "no mode 'shear'" in message and "planar" in message

@@ -24,8 +24,13 @@ def test_and_fit() -> tuple[TensileTest, Fit]:
     return test, fit_law(test, Yeoh, max_strain=2.0)
 
 
+def lists(pair):
+    """A test and its fit as the lists that the functions take."""
+    return [pair[0]], [pair[1]]
+
+
 def test_a_figure_is_drawn(test_and_fit, tmp_path):
-    draw_fit(*test_and_fit, tmp_path / "fit.png")
+    draw_fit(*lists(test_and_fit), tmp_path / "fit.png")
     picture = imread(tmp_path / "fit.png")
     assert picture.shape[1] > 1400
     assert picture[..., :3].std() > 0.02
@@ -34,17 +39,17 @@ def test_a_figure_is_drawn(test_and_fit, tmp_path):
 def test_a_fit_of_the_whole_curve_has_nothing_beyond(tmp_path):
     strain = np.linspace(0.0, 1.0, 40)
     test = TensileTest(strain, UNIAXIAL.nominal_stress(Yeoh(1e6), 1.0 + strain), "stiff")
-    draw_fit(test, fit_law(test, Yeoh, 1.0), tmp_path / "fit.png")
+    draw_fit([test], [fit_law(test, Yeoh, 1.0)], tmp_path / "fit.png")
     assert (tmp_path / "fit.png").stat().st_size > 5000
 
 
 def test_a_folder_that_is_not_there(test_and_fit, tmp_path):
     with pytest.raises(OutputError):
-        draw_fit(*test_and_fit, tmp_path / "none" / "fit.png")
+        draw_fit(*lists(test_and_fit), tmp_path / "none" / "fit.png")
 
 
 def test_the_rows_say_constants_and_instability(test_and_fit):
-    rows = dict(fit_rows(test_and_fit[1]))
+    rows = dict(fit_rows([test_and_fit[1]]))
     assert rows["C10"] == "21.60 kPa"
     assert rows["mu0"] == "43.20 kPa"
     assert rows["equibiaxial tension"] == "UNSTABLE from a stretch of 2.7"
@@ -52,7 +57,7 @@ def test_the_rows_say_constants_and_instability(test_and_fit):
 
 
 def test_the_snippet_is_a_material_of_a_scene(test_and_fit):
-    materials = yaml.safe_load(scene_snippet(*test_and_fit, "yeoh"))["materials"]
+    materials = yaml.safe_load(scene_snippet(*lists(test_and_fit), "yeoh"))["materials"]
     (name,) = materials
     assert name == "material_00_soft_stuff_a"
     data = YeohMaterial.model_validate(materials[name])
