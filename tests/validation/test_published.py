@@ -4,10 +4,14 @@ import io
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from rich.console import Console
 
+from softsim.materials import law as modes
+from softsim.materials.mooney_rivlin import MooneyRivlin
 from validation.command import validate
+from validation.published import falling_rod, rubber_multiaxial
 from validation.published.__main__ import SCRIPTS
 from validation.script import PUBLISHED, Script
 from validation.verdicts import AGREES, DISAGREES, Row
@@ -64,3 +68,42 @@ def test_script_without_its_data_is_skipped(tmp_path):
 def test_script_states_its_protocol(script):
     assert script.evidence is PUBLISHED
     assert "Protocol" in script.about and "Band" in script.about
+
+
+def points_of(mode, stretches, law):
+    """Points that an incompressible solid of this law would give."""
+    second = [rubber_multiaxial._second_stretch(mode, first, "") for first in stretches]
+    rows = [(first, other, 0.0, 0) for first, other in zip(stretches, second, strict=True)]
+    points = rubber_multiaxial._points(rows)
+    return replace(points, stress=points.predicted(law))
+
+
+def test_predicted_stress_of_each_mode():
+    """That of the closed forms; compression is consistent with equibiaxial tension."""
+    law, stretches = MooneyRivlin(3e4, 1e4), np.array([1.1, 1.5, 2.0])
+    pairs = [("uniaxial", modes.UNIAXIAL), ("equibiaxial", modes.EQUIBIAXIAL),
+             ("pure shear", modes.PLANAR)]  # fmt: skip
+    for name, mode in pairs:
+        assert points_of(name, stretches, law).stress == pytest.approx(
+            mode.nominal_stress(law, stretches)
+        )
+    measured = {
+        "equibiaxial": points_of("equibiaxial", stretches, law),
+        "uniaxial compression": points_of("uniaxial compression", stretches**-2.0, law),
+    }
+    assert rubber_multiaxial.inconsistency(measured) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_falling_rod_of_theory(monkeypatch):
+    """In weak gravity: first frequency and twice the static drop of a cantilever."""
+    monkeypatch.setattr(falling_rod, "LINKS", 16)
+    monkeypatch.setattr(falling_rod, "GRAVITY", 0.01)
+    for function in (falling_rod.rod, falling_rod.swing_end):
+        function.cache_clear()
+    bending = 1e6 * 0.03**2 / 4.0 / 1000.0
+    drop, time = falling_rod.rod().lowest
+    frequency = 3.516 / (2.0 * np.pi * 0.6**2) * bending**0.5
+    assert time == pytest.approx(0.5 / frequency, rel=0.03)
+    assert drop == pytest.approx(2.0 * 0.01 * 0.6**4 / (8.0 * bending), rel=0.03)
+    for function in (falling_rod.rod, falling_rod.swing_end):
+        function.cache_clear()

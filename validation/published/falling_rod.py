@@ -129,13 +129,13 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     behind = [outcomes[FINE]]
     away = distance(fine, rod())
     band = f"{100 * BAND:g} % of the length"
-    error = f"{shown(100 * away / LENGTH, '%')} of the length"
+    error = shown(100 * away / LENGTH, "% of the length")
     found = below(1e3 * away, 1e3 * BAND * LENGTH, "mm")
     claim = "tip during the first swing, largest distance from the rod of theory"
     yield row(NAME, claim, f"0, until {swing_end():.3g} s", found, behind, error, band)
     (drop, time), (wanted, wanted_time) = fine.lowest, rod().lowest
     found = within(1e3 * drop, 1e3 * wanted, BAND * LENGTH / wanted, "mm")
-    error = f"{shown(100 * (drop - wanted) / LENGTH, '%')} of the length"
+    error = shown(100 * (drop - wanted) / LENGTH, "% of the length")
     yield row(
         NAME, "largest drop of the tip", shown(1e3 * wanted, "mm"), found, behind, error, band
     )
@@ -144,7 +144,7 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     yield row(NAME, "time of the largest drop", shown(wanted_time, "s"), found, behind, error, band)
     away = distance(coarse, fine)
     found = below(1e3 * away, 1e3 * BAND_OF_MESHES * LENGTH, "mm")
-    error = f"{shown(100 * away / LENGTH, '%')} of the length"
+    error = shown(100 * away / LENGTH, "% of the length")
     band = f"{100 * BAND_OF_MESHES:g} % of the length"
     claim = "tips of the two meshes, largest distance"
     yield row(NAME, claim, "0", found, list(outcomes.values()), error, band)
@@ -157,9 +157,10 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
         curves = {name: (solid(outcomes[name]), colour) for name, colour in COLOURS.items()}
         for name, (tip, colour) in {"rod of theory": (rod(), INK), **curves}.items():
             style = "--" if colour == INK else "-"
+            width = 3.0 if name == COARSE else 1.2
             x, y = tip.position.T
-            left.plot(tip.time, y, style, color=colour, label=name)
-            right.plot(x, y, style, color=colour)
+            left.plot(tip.time, y, style, color=colour, linewidth=width, label=name)
+            right.plot(x, y, style, color=colour, linewidth=width)
         left.fill_between(
             rod().time, *(rod().position[:, 1] + side * BAND * LENGTH for side in (-1.0, 1.0)),
             color=INK, alpha=0.1, linewidth=0, label="band",
@@ -174,7 +175,7 @@ SCRIPT = Script(
     name=NAME,
     figure="theory of rods; no measurement",
     about=__doc__,
-    cases=lambda quick: CASES[:1] if quick else CASES,
+    cases=lambda quick: CASES,
     rows=rows,
     draw=draw,
     columns=(),
