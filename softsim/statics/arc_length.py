@@ -155,9 +155,10 @@ class ArcSteps:
                 )
             balancing, krylov = newton.step(at, residual, share)
             along, _ = newton.step(at, self._load_rate(at), share)
-            change = -float(first @ balancing) / float(first @ along)
+            ahead_of_time = float(first @ along)
+            change = -float(first @ balancing) / ahead_of_time if ahead_of_time else np.inf
             step = balancing + change * along
-            if np.linalg.norm(step) > 4.0 * self._distance:
+            if not np.linalg.norm(step) <= 4.0 * self._distance:
                 raise NoEquilibriumError(f"the path is lost beyond t = {begin:.6g} s of the loads")
             at, time = forces.moved(at, step), time + change
             iterations.append(Iteration(share, krylov, 1.0))

@@ -1,9 +1,14 @@
 """`python -m validation.published`: all scripts on measurements of others, one page."""
 
 from validation.command import command
-from validation.published import falling_rod, rubber_multiaxial, silicone_compression
+from validation.published import falling_rod, rubber_multiaxial, silicone_compression, spa_membranes
 
-SCRIPTS = [rubber_multiaxial.SCRIPT, silicone_compression.SCRIPT, falling_rod.SCRIPT]
+SCRIPTS = [
+    rubber_multiaxial.SCRIPT,
+    silicone_compression.SCRIPT,
+    spa_membranes.SCRIPT,
+    falling_rod.SCRIPT,
+]
 
 if __name__ == "__main__":
     command(SCRIPTS)
