@@ -4,10 +4,12 @@ The sources of one silicone differ by tens of per cent, with its batch, cure and
 method of the test. The library states them all, with the spread of their initial shear moduli.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
+from statistics import NormalDist
 from typing import Any
 
 import yaml
@@ -94,6 +96,18 @@ class ModulusSpread:
         """True if the highest modulus is at most LARGEST_AGREEMENT times the lowest one."""
         return self.high <= LARGEST_AGREEMENT * self.low
 
+    def modulus(self, draw: float) -> float:
+        """Return the modulus [Pa] that belongs to a standard normal `draw`.
+
+        Its logarithm has a triangular distribution from the lowest to the highest modulus, with
+        its peak at the typical one.
+        """
+        low, peak, high = map(math.log, (self.low, self.typical, self.high))
+        quantile = NormalDist().cdf(draw)
+        if quantile * (high - low) < peak - low:
+            return math.exp(low + math.sqrt(quantile * (high - low) * (peak - low)))
+        return math.exp(high - math.sqrt((1.0 - quantile) * (high - low) * (high - peak)))
+
 
 @dataclass(frozen=True)
 class Silicone:
@@ -151,6 +165,47 @@ def silicone_of(name: str) -> Silicone | None:
         if name == silicone.name or name in materials:
             return silicone
     return None
+
+
+MODULI = ("C10", "C20", "C30", "C01", "mu")
+"""Keys of the constants of all laws that are stresses."""
+
+
+def spread_of(name: str, own: Mapping[str, Any] | None) -> ModulusSpread | None:
+    """Return the spread of a scene's material `own`, or of the library's material `name`, or None.
+
+    own: its keys in the scene; None where the scene does not define it.
+    """
+    if own is None:
+        silicone = silicone_of(name) if name in library_names() else None
+        return None if silicone is None else silicone.spread
+    given = _MATERIAL.validate_python(own).spread
+    return None if given is None else ModulusSpread(*given)
+
+
+def drawn_material(
+    name: str, own: Mapping[str, Any] | None, spread: ModulusSpread, draw: float
+) -> dict[str, Any]:
+    """Return the keys of a material with the shear modulus that belongs to a standard normal draw.
+
+    All constants of its law have the same factor, so that its curve keeps its shape. Its spectrum
+    stays the same relative to its modulus.
+    """
+    entry = dict(_library()["materials"][name] if own is None else own)
+    data = _MATERIAL.validate_python(entry)
+    mu0 = LAWS[data.law](*data.constants).initial_shear_modulus
+    factor = spread.modulus(draw) / mu0
+    for key in MODULI:
+        if key in entry:
+            value = getattr(data, key)
+            entry[key] = (
+                [f"{factor * each!r} Pa" for each in value]
+                if isinstance(value, tuple) else f"{factor * value!r} Pa"
+            )  # fmt: skip
+    spectrum = data.spectrum
+    if isinstance(spectrum, scene_materials.TableSpectrum) and spectrum.long_term_modulus is None:
+        entry["spectrum"] = {**entry["spectrum"], "long_term_modulus": f"{mu0!r} Pa"}
+    return entry
 
 
 def _source(name: str, spec: SourceSpec) -> SiliconeSource:

@@ -147,11 +147,25 @@ class _Rubber(Spec):
         "`prony`. The constants of the law are then the long-term ones, from slow tests.",
     )
     source: Text = Field(default="", description="Source of the constants.")
+    spread: tuple[PositivePressure, PositivePressure, PositivePressure] | None = Field(
+        default=None,
+        description="Lowest, typical and highest initial shear modulus, from several tests. It "
+        "changes nothing in a run: a study can draw from it (`perturb`).",
+    )
     strain_range: Number | None = Field(
         default=None,
         gt=0.0,
         description="Largest engineering strain of the data to which the constants were fitted.",
     )
+
+    @field_validator("spread")
+    @classmethod
+    def _spread_rises(
+        cls, value: tuple[float, float, float] | None
+    ) -> tuple[float, float, float] | None:
+        if value is not None and not value[0] <= value[1] <= value[2]:
+            raise ValueError("must rise: lowest, typical and highest modulus")
+        return value
 
     @field_validator("D1", "poisson_ratio")
     @classmethod

@@ -3,7 +3,8 @@
 A design combines values of all factors to points. In the repeats of a point, uncertain values of
 the scene are drawn at random.
 
-The draws are normal and independent of each other. Repeat n has the same ones at all points, so
+The draws are normal and independent of each other; that of a material's spread is mapped to its
+distribution (`ModulusSpread`). Repeat n has the same ones at all points, so
 that cases differ by their factors alone.
 """
 
@@ -17,10 +18,21 @@ from typing import Any
 import numpy as np
 
 from softsim.errors import SceneError
-from softsim.scene.loading import Loaded, keys_at
+from softsim.materials.library import drawn_material, spread_of
+from softsim.scene.loading import Loaded, flow_text, keys_at
 from softsim.scene.quantities import Spec
 from softsim.scene.reporting import did_you_mean
-from softsim.scene.text import Keys, SchemaLocation, Tree, entries, listed, nearest, place_in
+from softsim.scene.text import (
+    Keys,
+    SchemaLocation,
+    Tree,
+    child,
+    entries,
+    listed,
+    nearest,
+    place_in,
+    plain,
+)
 from softsim.study.cases import Setting, Value
 from softsim.study.factors import Factor, Interval, at, quantity_of
 from softsim.study.schema import (
@@ -34,6 +46,9 @@ from softsim.study.schema import (
 
 Point = tuple[Value, ...]
 """Value of each factor, in their order."""
+
+SPREAD = "spread"
+"""Deviation that stands for the spread of a material's initial shear modulus."""
 
 SHARE = re.compile(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*%\s*")
 """Pattern of a standard deviation relative to the value: "10 %"."""
@@ -137,6 +152,8 @@ class Perturbation:
         ------
         SceneError: the scene has no number there, or one of another kind than the deviation.
         """
+        if self.draws_material:
+            return self._material_setting(loaded, repeat)
         root = type(loaded.scene)
         keys = keys_at(loaded.tree, self.path, self.written.key_origin, root)
         place = place_in(root, loaded.tree, keys)
@@ -148,6 +165,32 @@ class Perturbation:
         unit = place.quantity.unit if place.quantity is not None else ""
         text = f"{number!r} {unit}".rstrip()
         return Setting(self.path, text, self.written.key_origin, self.written.origin)
+
+    @property
+    def draws_material(self) -> bool:
+        """True if the whole material is drawn, from its spread."""
+        return self.written.text == SPREAD
+
+    def _material_setting(self, loaded: Loaded[Any], repeat: int) -> Setting:
+        """Return the setting of a material of the scene or the library, drawn from its spread."""
+        section, _, name = self.path.partition(".")
+        if section != "materials" or not name or "." in name:
+            hint = "give it for a material: {materials.skin: spread}"
+            raise self._refusal(
+                f"{self.path} is no material, and only a material has a spread", hint
+            )
+        materials = child(loaded.tree, "materials")
+        written = None if materials is None else child(materials, name)
+        own = None if written is None else plain(written)
+        spread = spread_of(name, own)
+        if spread is None:
+            hint = (
+                f"give materials.{name} the key spread: [lowest, typical, highest initial shear "
+                "modulus]; `softsim materials` prints those of the library"
+            )
+            raise self._refusal(f"no spread of the material '{name}' is known", hint)
+        entry = drawn_material(name, own, spread, float(self.draws[repeat - 1]))
+        return Setting(self.path, flow_text(entry), self.written.key_origin, self.written.origin)
 
     def _deviation(self, value: float, place: SchemaLocation) -> float:
         """Return the standard deviation, SI, of a value, SI."""
@@ -165,15 +208,19 @@ class Perturbation:
 
 
 def perturbations(repeats: Repeats | None, perturb: Mapping[str, Tree]) -> tuple[Perturbation, ...]:
-    """Return the perturbations of a study; perturb: its key -> deviation, as written."""
+    """Return the perturbations of a study; perturb: its key -> deviation, as written.
+
+    Drawn materials come first: a perturbation of one of their keys is not overwritten.
+    """
     if repeats is None:
         return ()
     # a row a repeat: more repeats leave the earlier ones as they are
     draws = np.random.default_rng(repeats.seed).standard_normal((repeats.count, len(perturb)))
-    return tuple(
+    found = (
         Perturbation(path, written, column)
         for (path, written), column in zip(perturb.items(), draws.T, strict=True)
     )
+    return tuple(sorted(found, key=lambda one: not one.draws_material))
 
 
 def value_at(scene: Spec, keys: Keys) -> Any:

@@ -158,7 +158,8 @@ class Repeats(Spec):
     seed: Seed = Field(default=1, description="Seed of the random numbers.")
     perturb: Annotated[dict[Text, Scalar], Field(min_length=1)] = Field(
         description="Path of a key -> standard deviation of a normal distribution about its "
-        'value, relative ("10 %") or absolute ("0.1 mm").'
+        'value, relative ("10 %") or absolute ("0.1 mm"). "spread" for a material, such as '
+        "materials.skin, draws its initial shear modulus."
     )
 
 

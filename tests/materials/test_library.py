@@ -3,16 +3,19 @@
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from scipy import stats
 
 from softsim.materials.law import UNIAXIAL
 from softsim.materials.laws import LAWS
 from softsim.materials.library import (
     ModulusSpread,
     SourceSpec,
+    drawn_material,
     library_material,
     library_names,
     silicone_of,
     silicones,
+    spread_of,
 )
 
 
@@ -71,3 +74,35 @@ def test_one_source_has_no_spread():
 def test_a_source_gives_one_modulus():
     with pytest.raises(ValidationError, match="give one of them"):
         SourceSpec(citation="a", test="b", shear_modulus="1 kPa", youngs_modulus="3 kPa")
+
+
+def test_draws_of_a_spread_have_a_triangular_logarithm():
+    """Quantiles of the draw become those of a triangular distribution (SciPy)."""
+    spread = ModulusSpread(10e3, 15e3, 40e3)
+    low, peak, high = np.log([spread.low, spread.typical, spread.high])
+    triangle = stats.triang((peak - low) / (high - low), low, high - low)
+    draws = np.linspace(-6.0, 6.0, 25)
+    found = [spread.modulus(draw) for draw in draws]
+    assert found == pytest.approx(np.exp(triangle.ppf(stats.norm.cdf(draws))), rel=1e-9)
+    assert [ModulusSpread(1.0, 1.0, 2.0).modulus(d) for d in (-40, 40)] == pytest.approx([1.0, 2.0])
+    assert ModulusSpread(3.0, 3.0, 3.0).modulus(0.7) == pytest.approx(3.0)
+
+
+def test_a_drawn_material_keeps_its_spectrum_relative_to_its_modulus():
+    points = [["1 Hz", "25 kPa", 0.1], ["10 Hz", "30 kPa", 0.1]]
+    own = {"law": "ogden", "mu": ["15 kPa", "5 kPa"], "alpha": [2, -2], "density": "1 g/cm^3",
+           "spectrum": {"kind": "table", "points": points}}  # fmt: skip
+    entry = drawn_material("own", own, ModulusSpread(40e3, 40e3, 40e3), 0.0)
+    assert [float(mu.split()[0]) for mu in entry["mu"]] == pytest.approx([30e3, 10e3])
+    assert entry["alpha"] == [2, -2]
+    assert entry["spectrum"]["long_term_modulus"] == "20000.0 Pa"
+    assert "long_term_modulus" not in own["spectrum"]
+
+
+def test_a_spread_of_a_scene_rises():
+    own = {"law": "neo_hooke", "C10": "10 kPa", "density": "1 g/cm^3"}
+    assert spread_of("own", own) is None
+    given = {**own, "spread": ["15 kPa", "20 kPa", "30 kPa"]}
+    assert spread_of("own", given) == ModulusSpread(15e3, 20e3, 30e3)
+    with pytest.raises(ValidationError, match="must rise"):
+        spread_of("own", {**own, "spread": ["20 kPa", "15 kPa", "30 kPa"]})

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
+from softsim.errors import SceneError
 from softsim.study.cases import resolved
 from softsim.study.factors import Interval, at
 from softsim.study.loading import study_from
@@ -206,3 +207,57 @@ def test_a_spectrum_is_drawn_from_its_uncertainty(folder):
     spectra = [resolved(case).scene.materials["own"].spectrum for case in found.cases()][:3]
     assert len({s.order for s in spectra}) == len({s.relaxation_time for s in spectra}) == 3
     assert all(0.2 < s.order < 0.44 for s in spectra)
+
+
+def moduli(found, name):
+    """Shear modulus at rest of the material of all cases (cases,) [Pa], which is Yeoh's."""
+    return np.array([2.0 * resolved(case).scene.materials[name].C10 for case in found.cases()])
+
+
+def test_the_spread_of_a_material_of_the_library_is_drawn(folder):
+    """Dragon Skin 10: between its lowest and highest source, about the typical one."""
+    found = repeated(folder, 60, {"materials.dragon_skin_10": "spread"})
+    drawn = moduli(found, "dragon_skin_10")
+    assert 46e3 < drawn.min() < 52e3 and 82e3 < drawn.max() < 88e3
+    assert np.median(drawn) == pytest.approx(69e3, rel=0.06)
+    assert (drawn[:60] == drawn[60:]).all()  # the same in both cases
+    material = resolved(next(iter(found.cases()))).scene.materials["dragon_skin_10"]
+    assert pytest.approx(0.25 / 36) == material.C20 / material.C10
+    assert pytest.approx(0.023 / 36) == material.C30 / material.C10
+    assert material.density == 1070.0 and material.spectrum.order == 0.32
+
+
+SKIN = """
+materials:
+  skin:
+    law: yeoh
+    C10: 10 kPa
+    density: 1070 kg/m^3
+    spectrum: {kind: fractional, relaxation_time: 330 us, order: 0.3, band: [2 Hz, 5 kHz]}
+"""
+
+
+def test_a_material_of_the_scene_has_a_spread_of_its_own(folder):
+    path = folder / "block.yaml"
+    whole = path.read_text().replace("dragon_skin_10", "skin") + SKIN
+    path.write_text(f"{whole}    spread: [15 kPa, 20 kPa, 40 kPa]\n")
+    perturb = {"materials.skin.spectrum.order": 0.01, "materials.skin": "spread"}
+    found = repeated(folder, 30, perturb)
+    drawn = moduli(found, "skin")
+    assert drawn.min() > 15e3 and drawn.max() < 40e3
+    orders = [resolved(case).scene.materials["skin"].spectrum.order for case in found.cases()]
+    assert np.std(orders) == pytest.approx(0.01, rel=0.4)
+
+
+@pytest.mark.parametrize(
+    ("key", "says"),
+    [
+        ("contact.friction_coefficient", "only a material has a spread"),
+        ("materials.dragon_skin_10.C10", "only a material has a spread"),
+        ("materials.dragon_skin_20", "no spread of the material 'dragon_skin_20' is known"),
+        ("materials.granite", "no spread of the material 'granite' is known"),
+    ],
+)
+def test_what_has_no_spread(folder, key, says):
+    with pytest.raises(SceneError, match=says):
+        repeated(folder, 2, {key: "spread"})
