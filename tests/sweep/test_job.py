@@ -1,5 +1,7 @@
 """Jobs that a worker runs side by side."""
 
+from types import SimpleNamespace
+
 import pytest
 
 import softsim.run
@@ -12,7 +14,8 @@ from softsim.sweep import job
 @pytest.fixture
 def jobs(tmp_path, monkeypatch):
     """Two jobs whose scenes need no file; each run alone notes its folder."""
-    monkeypatch.setattr(job, "scene_of", lambda job: job.key)
+    plain = SimpleNamespace(output=SimpleNamespace(derivatives=None))
+    monkeypatch.setattr(job, "scene_of", lambda job: SimpleNamespace(key=job.key, scene=plain))
     source = Source(tmp_path / "scene.yaml")
     return [job.Job(Case(k, source), f"key{k}", tmp_path / str(k)) for k in (1, 2)]
 
@@ -28,7 +31,7 @@ def test_a_batch_that_one_brings_down_is_run_one_by_one(jobs, monkeypatch):
     fault = ValueError("of the first alone")
 
     def run_alone(scene, *_, **__):
-        if scene == "key1":
+        if scene.key == "key1":
             raise fault
 
     monkeypatch.setattr(softsim.run, "run_batch", brought_down_by(RuntimeError("of all")))
