@@ -43,7 +43,7 @@ class Section:
     def basis(self) -> str:
         """Sentence on the data that were compared."""
         if self.script.evidence is PUBLISHED:
-            return f"Compared with measured data: {self.name}."
+            return f"Compared with: {self.name}."
         if self.compared:
             return f"Held against the thesis's statements and digitised points of {self.name}."
         return f"Held against the thesis's statements only: no digitised points of {self.name}."

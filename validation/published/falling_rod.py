@@ -155,12 +155,12 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
     with drawing(path, 2.8) as figure:
         left, right = figure.subplots(1, 2)
         curves = {name: (solid(outcomes[name]), colour) for name, colour in COLOURS.items()}
-        for name, (tip, colour) in {"rod of theory": (rod(), INK), **curves}.items():
+        for name, (tip, colour) in {**curves, "rod of theory": (rod(), INK)}.items():
             style = "--" if colour == INK else "-"
-            width = 3.0 if name == COARSE else 1.2
+            look = {"linewidth": 3.0, "alpha": 0.5} if name == COARSE else {"linewidth": 1.2}
             x, y = tip.position.T
-            left.plot(tip.time, y, style, color=colour, linewidth=width, label=name)
-            right.plot(x, y, style, color=colour, linewidth=width)
+            left.plot(tip.time, y, style, color=colour, label=name, **look)
+            right.plot(x, y, style, color=colour, **look)
         left.fill_between(
             rod().time, *(rod().position[:, 1] + side * BAND * LENGTH for side in (-1.0, 1.0)),
             color=INK, alpha=0.1, linewidth=0, label="band",
