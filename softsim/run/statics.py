@@ -101,9 +101,10 @@ class StaticRun(Run):
         if error > self.model.energy_error_limit:  # of the work alone: forces balance
             self.files.warn(
                 {
-                    "external work": f"the external work is summed over load steps that are too "
-                    f"long for it: the energy balance is off by {100.0 * error:.3g} %; shorten "
-                    "output.history_interval if you need the work"
+                    "external work": f"the energy balance is off by {100.0 * error:.3g} %: load "
+                    "steps are too long to sum up the external work, or the body has jumped to "
+                    "another equilibrium; the forces balance. Shorten output.history_interval if "
+                    "you need the work"
                 }
             )
 
