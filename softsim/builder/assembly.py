@@ -250,6 +250,7 @@ def relaxation(names: Names) -> Relaxation | None:
         )
     if follows_path or not by_newton:
         refuse_derivatives(names)
+    refuse_derivatives_between_rows(names)
     return Relaxation(
         longest, tolerance, steady_probe(names), by_newton=by_newton, follows_path=follows_path
     )
@@ -263,6 +264,20 @@ def refuse_derivatives(names: Names) -> None:
             "derivatives need a static run by Newton's method",
             "write time.procedure: static, without settle, until, and control: arc_length",
         )
+
+
+def refuse_derivatives_between_rows(names: Names) -> None:
+    """Raise SceneError if derivatives are asked at a time at which the history has no row."""
+    output, end = names.scene.output, names.scene.time.end
+    asked = () if output.derivatives is None else output.derivatives.at
+    for number, time in enumerate(asked):
+        rows = time / output.history_interval
+        if time < end * (1.0 - 1e-9) and (rows < 0.5 or abs(rows - round(rows)) > 1e-6):
+            raise names.loaded.error(
+                ("output", "derivatives", "at", number),
+                f"the history has no row at {time:g} s",
+                "give a multiple of output.history_interval, or the end",
+            )
 
 
 def refuse_method(names: Names) -> None:

@@ -151,9 +151,11 @@ def duration_table(predicted: Duration, model: Model, choice: Choice) -> Table:
         steps = "load steps"
     elif model.relaxation is not None:
         settling = ", plus the time to reach equilibrium"
+    is_path = model.relaxation is not None and model.relaxation.follows_path
     table.add_row(
         "expected",
-        f"about {duration(predicted.total)}{settling}: start {duration(predicted.start)}, "
+        f"{'at least' if is_path else 'about'} {duration(predicted.total)}{settling}: "
+        f"start {duration(predicted.start)}, "
         f"{predicted.increment_count:.3g} {steps} {duration(predicted.loop)}, figures "
         f"{duration(predicted.figures)}",
     )
@@ -210,7 +212,7 @@ def response_table(found: MotorResponse) -> Table:
     """Return the table of a harmonic response: at the motor's own frequency, and the largest."""
     table = Table(found.motor, box=None)
     own = int(np.abs(found.frequencies - found.own_frequency).argmin())
-    for heading in (f"at {found.own_frequency:.4g} Hz", "phase\ndeg", "largest", "at\nHz"):
+    for heading in (f"at {found.frequencies[own]:.4g} Hz", "phase\ndeg", "largest", "at\nHz"):
         table.add_column(heading, justify="right")
     for column, values in found.amplitudes.items():
         unit, largest = found.units[column], int(np.abs(values).argmax())

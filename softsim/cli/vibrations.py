@@ -152,7 +152,9 @@ def response(
         for name, motor in acting.items():
             own = motor.rotor.frequency
             low, high = asked or (0.1 * own, 2.0 * own)
-            several = np.union1d(np.linspace(low, high, points), own)
+            several = np.linspace(low, high, points)
+            if low < own < high:
+                several = np.union1d(several, own)
             taken = track(several, name, console=console, transient=True)
             found.append(state.response(of, name, motor, taken))
             console.print(response_table(found[-1]))

@@ -145,6 +145,11 @@ def draw_responses(found: Sequence[MotorResponse], path: Path) -> None:
     with drawing(path, 2.3 * len(units) + 2.1) as figure:
         panels = figure.subplots(len(units) + 1, len(found), sharex="col", squeeze=False)
         for column, response in zip(panels.T, found, strict=True):
+            ends = np.interp(
+                np.arange(-0.5, len(response.frequencies)),
+                np.arange(len(response.frequencies)),
+                response.frequencies,
+            )
             f, colours = response.frequencies, dict(zip(response.amplitudes, cycle(COLOURS)))
             for axes, unit in zip(column[:-1], units, strict=True):
                 for name, values in response.amplitudes.items():
@@ -161,10 +166,8 @@ def draw_responses(found: Sequence[MotorResponse], path: Path) -> None:
             column[0].set_title(f"{response.motor}: {_forces(response)}")
             for axes in column:
                 axes.axvline(response.own_frequency, color=INK, linestyle="--", linewidth=1.0)
-                axes.fill_between(
-                    f, 0.0, 1.0, where=response.contact_changes > 0, color=WALL, zorder=0.5,
-                    transform=axes.get_xaxis_transform(),
-                )  # fmt: skip
+                for k in np.flatnonzero(response.contact_changes):
+                    axes.axvspan(ends[k], ends[k + 1], color=WALL, linewidth=0.0, zorder=0.5)
             if response.contact_changes.any():
                 column[-1].set_title(
                     "grey: contact opens, closes or begins to slip, the response is not valid"

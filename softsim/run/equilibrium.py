@@ -34,7 +34,7 @@ from softsim.solver.stable_step import first_time_increment
 from softsim.statics.forces import StaticForces
 from softsim.statics.modes import Friction, SmallVibrations
 from softsim.statics.newton import LoadSteps, Newton, NoEquilibriumError
-from softsim.statics.response import HarmonicResponse
+from softsim.statics.response import HarmonicResponse, at_full_speed
 from softsim.units import QUANTITY
 
 LEAST_STEPS = 20
@@ -76,7 +76,9 @@ class LoadRange:
                 at,
             )
         start, end, unit = bounds
-        if end == 0.0 or not 0.0 <= start / end <= 1.0:
+        if end == 0.0:
+            raise SceneError(f"'{text}' is no load", "leave the load out of the scene", at)
+        if not 0.0 <= start / end <= 1.0:
             raise SceneError(
                 f"'{values}' does not lead away from zero",
                 "a load is applied from zero on: write the value nearer to zero first", at,
@@ -342,7 +344,7 @@ class Preloaded:
             motion = of.motion(frequency, force)
             found.append(self._amplitudes(of.vibrations, motion))
             taken.append(frequency)
-            rotor = motor.at_frequency(motor.rotor, frequency, 0.0)
+            rotor = at_full_speed(motor, frequency)
             forces.append(max(np.linalg.norm(rotor.cosine), np.linalg.norm(rotor.sine)))
             changes.append(of.contact_changes(motion))
         amplitudes = {c: np.array([row[c] for row in found]) for c in found[0]}
@@ -378,6 +380,8 @@ class Preloaded:
             if probe.kind == "reaction":
                 continue
             names = probe_columns(probe.name, probe.kind, axes)
+            if found.keys() & set(names):
+                raise ModesError(f"a probe and a rigid body are both named '{probe.name}'")
             parts = [self._rate(probe, of.at.x, part) for part in (of_nodes.real, of_nodes.imag)]
             found |= dict(zip(names, (parts[0] + 1j * parts[1]).tolist(), strict=True))
         return found

@@ -378,7 +378,10 @@ class LoadSteps:
         if way == 0.0 or not np.array_equal(still.turns, start.turns):
             return []
         if newton.factors is None:
-            newton.renew(start)
+            try:
+                newton.renew(start)
+            except LooseError:  # the motion may close the contact that holds the model
+                return []
         assert newton.factors is not None
         part = min(1.0, PRESCRIBED_PART * float(newton.tangent.steps.min()) / way)
         nearby = replace(
@@ -394,7 +397,7 @@ class LoadSteps:
         before = forces.start
         guess = self._best_guess(forces.steer(begin + step), step)
         found = self.newton.find(guess, see)
-        refuse_broken_elements(forces.model, found.at.x, forces.time)  # of a step that is too long
+        refuse_broken_elements(forces.model, found.at.x, forces.time)  # the step is halved
         forces.accept(found.at, step)
         self._last = [*self._last[-1:], (step, forces.difference(before, found.at))]
         mean, count = self.newton.mean_force, len(self.iterations)

@@ -1,6 +1,7 @@
-"""Harmonic response about an equilibrium: small motions Re(u exp(i omega t)) under a force.
+"""Harmonic response about an equilibrium: small motions under a force of one frequency.
 
-The amplitude u of the free coordinates for a force of amplitude f follows from
+A force Re(f exp(i omega t)) moves the free coordinates by Re(u exp(i omega t)), and Im(f exp(i
+omega t)), a sine, by Im(u exp(i omega t)). Both amplitudes follow from
 
     [K + sum_b g_b(omega) K_b - omega^2 M] u = f,
 
@@ -16,7 +17,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 from scipy.spatial.transform import Rotation
 
-from softsim.loads.rotor import CarriedRotor, Rotor
+from softsim.loads.rotor import CarriedRotor, Rotor, RotorForce
 from softsim.statics.modes import SmallVibrations, contact_points
 
 PHASES = 8
@@ -49,14 +50,13 @@ class HarmonicResponse:
 
         omega t is the angle of an eccentric mass, or the phase of a sinusoidal force.
         """
-        rotor, at = motor.at_frequency(motor.rotor, frequency, 0.0), self.vibrations.at
-        in_body = rotor.cosine - 1j * rotor.sine if np.any(rotor.cosine) else rotor.sine
-        d = len(in_body)
-        turn = np.eye(3)
-        if isinstance(motor, CarriedRotor):  # its directions turn with the body
-            turn = Rotation.from_quat(at.turns[motor.body]).as_matrix()
+        rotor = at_full_speed(motor, frequency)
+        force, turn, d = rotor.sine.astype(complex), np.eye(3), len(rotor.sine)
+        if isinstance(motor, CarriedRotor):  # an eccentric mass, which turns with the body
+            force = rotor.cosine - 1j * rotor.sine
+            turn = Rotation.from_quat(self.vibrations.at.turns[motor.body]).as_matrix()
         on_bodies = np.zeros(self.forces.free_moves.shape, dtype=complex)
-        on_bodies[motor.body] = turn[:d, :d] @ in_body
+        on_bodies[motor.body] = turn[:d, :d] @ force
         nodes, _, turns, _ = self.forces.counts
         moved = on_bodies[self.forces.free_moves]
         return np.concatenate([np.zeros(nodes), moved, np.zeros(turns)])
@@ -76,4 +76,10 @@ class HarmonicResponse:
                 touches, slips = contact_points(forces)
                 changed = (touches != touching) | (touches & slips & ~slipping)
                 found = max(found, int(changed.sum()))
+        forces.residual(of.at)
         return found
+
+
+def at_full_speed(motor: Rotor, frequency: float) -> RotorForce:
+    """Return the force of a motor that runs at a frequency [Hz]."""
+    return motor.at_frequency(motor.rotor, frequency, motor.rotor.start + motor.rotor.spin_up)

@@ -71,8 +71,8 @@ class MeasureColumn(StudyAxis):
         return float(found) / self.size
 
     def derivative(self, summary: Mapping[str, Any], history: History) -> dict[str, float]:
-        """Return path of the scene -> derivative [unit/SI]: nothing is known of a summary's."""
-        return {}
+        """Return path of the scene -> derivative [unit/SI]. Raises SceneError if it has none."""
+        raise SceneError(f"{self.name} has no derivative", "take the last value of a column")
 
 
 @dataclass(frozen=True)
@@ -97,16 +97,21 @@ class HistoryColumn(MeasureColumn):
         if self.of not in history:
             return None
         time = history[TIME]
-        inside = (time >= self.begin) & (time <= self.end)
+        inside = self._includes(time)
         time, values = time[inside], history[self.of][inside]
         if self.take == SLOPE:
             return slope(time, values) / self.size if len(time) > 1 else None
         found = taken(values.tolist(), self.take)
         return None if found is None else found / self.size
 
+    def _includes(self, time: np.ndarray) -> np.ndarray:
+        """Return which times (n,) [s] lie between `begin` and `end`, within round-off."""
+        slack = 1e-9 * np.abs(time)
+        return (time >= self.begin - slack) & (time <= self.end + slack)
+
     def derivative(self, summary: Mapping[str, Any], history: History) -> dict[str, float]:
         """Return path of the scene -> derivative of the last value [unit/SI] in a static run."""
-        rows = [row for row in summary["derivatives"] if row["time"] <= self.end * (1.0 + 1e-9)]
+        rows = [r for r in summary["derivatives"] if self._includes(np.array(r["time"]))]
         return {path: columns[self.of] / self.size for path, columns in rows[-1]["of"].items()}
 
 

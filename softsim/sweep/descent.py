@@ -25,9 +25,13 @@ from softsim.study.loading import LoadedStudy
 from softsim.study.measures import MAXIMIZE, History, HistoryColumn, MeasureColumn
 
 RANGE = 10.0
-"""Scaled range of a factor: the first step of L-BFGS-B has the length 1, a tenth of it."""
+"""Scaled range of a factor.
 
-FLAT, SMALL = 1e-4, 1e-9
+L-BFGS-B begins with a step along the gradient, which is scaled to a largest component of 1: a tenth
+of the range.
+"""
+
+GRADIENT_TOLERANCE, VALUE_TOLERANCE = 1e-4, 1e-9
 """Gradient over that of the start, and relative change of the objective, that end the search."""
 
 
@@ -68,24 +72,25 @@ class Descent:
         self.parts = column.parts
         for part in self.parts:
             if not (isinstance(part, HistoryColumn) and part.take == "last"):
-                raise self._refusal("measures", part.name, "give take: last of a history column")
+                raise self._refusal("measures", part.name, "take: last of a column of the history")
             if part.of in WITHOUT_DERIVATIVE:
-                raise self._refusal("measures", part.name, f"{part.of} is a count or a sum")
+                raise self._refusal("measures", part.name, f"a derivative, unlike {part.of}")
         objective = study.study.optimize
         if objective is not None and objective.prune is not None:
-            raise self._refusal("optimize", "prune", "leave prune out: every trial is needed")
+            raise self._refusal("optimize", "prune", "every trial: leave prune out")
 
     def _dimension(self, factor: Any) -> Dimension:
         space = factor.space
         if not (isinstance(factor, NumberFactor) and isinstance(space, Interval)):
-            raise self._refusal("factors", factor.axis.name, "give a range without a count")
+            raise self._refusal("factors", factor.axis.name, "a range without a count")
         if space.is_whole:
-            raise self._refusal("factors", factor.axis.name, "a whole number does not vary evenly")
+            raise self._refusal("factors", factor.axis.name, "a number that is not whole")
         return Dimension(factor, space)
 
-    def _refusal(self, part: str, name: str, hint: str) -> SceneError:
+    def _refusal(self, part: str, name: str, needed: str) -> SceneError:
+        """Return the error that the search needs something of a key that the study lacks."""
         place = nearest(self.study.tree, (part, name))[0]
-        return SceneError(f"{name}: method: gradient has no derivative", hint, place.key_origin)
+        return SceneError(f"{name}: method: gradient needs {needed}", "", place.key_origin)
 
     def start(self) -> np.ndarray:
         """Return the scaled factors (k,) of the scene; the middle for a key without value.
@@ -107,7 +112,7 @@ class Descent:
         """Return the case of scaled factors (k,), whose run computes the derivatives."""
         pairs = zip(self.dimensions, x.tolist(), strict=True)
         case = self.study.case(number, {d.factor.axis.name: d.value(s) for d, s in pairs})
-        parameters = ", ".join(d.factor.path for d in self.dimensions)
+        parameters = ", ".join(f'"{d.factor.path}"' for d in self.dimensions)
         ends = {part.end for part in self.parts if isinstance(part, HistoryColumn)}
         times = ", ".join(f"{time!r} s" for time in sorted(ends) if np.isfinite(time))
         if times and np.inf in ends:
@@ -124,13 +129,15 @@ class Descent:
         self, x: np.ndarray, summary: Mapping[str, Any], history: History
     ) -> tuple[float, np.ndarray]:
         """Return the objective, to be minimised, and its gradient over the scaled factors (k,)."""
-        value = float(self.column.value(summary, history) or 0.0)
+        value = self.column.value(summary, history)
+        if value is None:
+            raise SearchEndedError(f"a trial has no value of {self.column.name}")
         of_paths = self.column.derivative(summary, history)
         slopes = [
             of_paths[one.factor.path] * one.slope(scaled)
             for one, scaled in zip(self.dimensions, x.tolist(), strict=True)
         ]
-        return self.sign * value, self.sign * np.array(slopes)
+        return self.sign * float(value), self.sign * np.array(slopes)
 
     def search(self, evaluate: Callable[[np.ndarray], tuple[float, np.ndarray]], count: int) -> str:
         """Minimise by L-BFGS-B; return why the search ended.
@@ -148,8 +155,11 @@ class Descent:
 
             found = minimize(
                 scaled, start, jac=True, method="L-BFGS-B", bounds=[(0.0, RANGE)] * len(start),
-                options={"gtol": FLAT, "ftol": SMALL, "maxfun": count},
+                options={"gtol": GRADIENT_TOLERANCE, "ftol": VALUE_TOLERANCE, "maxfun": count},
             )  # fmt: skip
         except SearchEndedError as end:
             return str(end)
-        return f"converged after {found.nit} steps" if found.success else str(found.message).lower()
+        steps = f"after {found.nit} step{'' if found.nit == 1 else 's'}"
+        if found.success:
+            return f"converged {steps}"
+        return f"stopped {steps}: no lower value was found along the last direction"

@@ -159,7 +159,7 @@ def test_a_column_buckles_where_its_frequency_is_zero(equilibria, record_verific
 def test_a_harmonic_response_is_that_of_a_run_in_time(
     equilibria, write_scene, tmp_path, record_verification, frequency
 ):
-    """Re(u exp(i angle)) of the motor's angle 2 pi f (t - spin_up / 2), fitted to four cycles."""
+    """Im(u exp(i angle)) of the motor's angle 2 pi f (t - spin_up / 2), fitted to four cycles."""
     text = SHAKEN.replace("60 Hz", f"{frequency} Hz")
     state = equilibria(text)
     state.reach(state.end)
