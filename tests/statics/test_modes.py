@@ -149,7 +149,7 @@ def test_loads_are_read_from_options():
         "air": "is not a load with its value",
         "air=1 Pa..2 kPa": "has two units",
         "air=5..1 kPa": "does not lead away from zero",
-        "air=0..0 kPa": "does not lead away from zero",
+        "air=0..0 kPa": "is no load",
         "=3 kPa": "is not a load with its value",
     }.items():
         with pytest.raises(SceneError, match=said):
