@@ -1,0 +1,163 @@
+"""Waves in a clamped strip of Ecoflex 00-30, flat and inflated, predicted from a slow tension.
+
+Protocol. Data: flexural waves along a strip, 10 mm wide between its clamps and 0.77 mm thick, in
+air (group of Eddi, Prada, Lemoult and others, arXiv 2507.17698): wave number k over frequency at
+seven points from 92.5 to 397.5 Hz, and the frequency below which no wave was seen, 82 and 92 Hz for
+two strips, which differ by 8 to 14 %. The figures stand in this script; no data file is needed.
+
+Constants: Yeoh's law with C10 = 11.0 kPa and C20 = 0.0225 kPa, the library's
+ecoflex_00_30_typical. It is a fit to the slow tension of a long strip (arXiv 2603.18839). How much
+stiffer the silicone is at a frequency comes from the fractional spectrum that the library has for
+all silicones (330 us, 0.32). Density 1070 kg/m^3. Nothing is fitted to the waves.
+
+Prediction: hexahedra in space, Poisson ratio 0.495, both long edges clamped over the whole
+thickness. A piece of the length pi / k between two planes of symmetry holds half a wave, so that a
+natural mode of the piece is the wave of this k. Modes about the static equilibrium, whose dynamic
+frequencies have the modulus of the spectrum. Mesh: 4 hexahedra through the thickness, 32 across
+the width, 10 along half a wave. Air is left out; it adds about 1 % to the mass.
+
+Band: 14 %, the difference of the two strips, for the frequency at each k and for the lowest one
+(87 Hz, the mean of both). The mesh is fine enough if two thirds of its numbers of elements change
+the frequencies by less than 3 %.
+
+Inflated: pressure on one face, air on both sides. Predicted, without a measurement at hand: the
+lowest frequency at which waves propagate at 196, 490 and 785 Pa, which is the smallest over all
+waves with even and odd deflection across the width and k from 0 to 630 1/m (pieces of 60, 15 and
+5 mm with their first modes). The band holds the predictions with two other sets of constants: those
+of the waves' authors (Mooney-Rivlin, 23 kPa with C01 / (C10 + C01) = 0.29, 330 us, 0.32) and of
+Delory et al., doi 10.1039/D3SM01485A (27.8 kPa with the same ratio, 260 us, 0.27). To each side it
+is widened by half the difference of the two strips, 7 %.
+"""
+
+import tempfile
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from softsim.compute.machine import Choice
+from softsim.run.equilibrium import LoadRange, Preloaded, scene_with_loads
+from softsim.statics.modes import LoadedMode
+
+NAME = "flat_strip"
+WIDTH, THICKNESS = 10e-3, 0.77e-3  # m
+WAVES = (
+    (46.0, 92.5), (103.0, 97.5), (173.0, 107.5), (259.0, 122.5), (355.0, 142.5), (636.0, 247.5),
+    (993.0, 397.5),
+)  # fmt: skip
+"""Measured wave numbers [1/m] and frequencies [Hz]."""
+
+LOWEST = 87.0  # Hz
+BAND, BAND_OF_MESHES, HALF_DIFFERENCE = 0.14, 0.03, 0.07
+PRESSURES = (196.0, 490.0, 785.0)  # Pa
+PIECES = (60e-3, 15e-3, 5e-3)  # m, inflated
+TYPICAL = "law: yeoh, C10: 11.0 kPa, C20: 0.0225 kPa"
+CONSTANTS = {
+    "typical": (TYPICAL, (330, 0.32)),
+    "authors": ("law: mooney_rivlin, C10: 8.165 kPa, C01: 3.335 kPa", (330, 0.32)),
+    "Delory": ("law: mooney_rivlin, C10: 9.869 kPa, C01: 4.031 kPa", (260, 0.27)),
+}
+"""Law, and relaxation time [us] and order of the spectrum, by name."""
+
+FINE, COARSE = (10, 4, 32), (7, 3, 21)
+"""Hexahedra along half a wave, through the thickness and across the width."""
+
+SCENE = """
+title: Piece of a clamped strip
+bodies:
+  strip: {{mesh: {{file: strip.inp, length_unit: 1 m}}, formulation: solid, material: silicone,
+          fixed: [clamped]}}
+materials:
+  silicone: {{{law}, poisson_ratio: 0.495, density: 1070 kg/m^3,
+             spectrum: {{kind: fractional, relaxation_time: {time} us, order: {order},
+                        band: [2 Hz, 5 kHz]}}}}
+conditions:
+  begin: {{kind: symmetry, nodes: strip.begin, normal: x}}
+  end: {{kind: symmetry, nodes: strip.end, normal: x}}
+loads:
+  air: {{kind: follower_pressure, facets: [strip.face],
+        profile: {{kind: ramp, value: 1 Pa, duration: 1 s}}}}
+environment: {{gravity: 0 m/s^2}}
+time: {{end: 1 s}}
+"""
+
+
+class Wave(NamedTuple):
+    """Standing wave with a number of half waves in the piece; is_even: across the width."""
+
+    half_waves: int
+    is_even: bool
+    frequency: float
+    damping_ratio: float
+
+
+def _write_scene(folder: Path, constants: str, length: float, counts: tuple[int, ...]) -> Path:
+    """Write the scene of a piece of a length [m] and its mesh; return the file of the scene."""
+    sides = [
+        np.linspace(0.0, length, counts[0] + 1),
+        np.linspace(0.0, THICKNESS, counts[1] + 1),
+        np.linspace(-0.5 * WIDTH, 0.5 * WIDTH, counts[2] + 1),
+    ]
+    points = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1)
+    number = 1 + np.arange(points.size // 3).reshape(points.shape[:3])
+    begin, end = np.s_[:-1], np.s_[1:]
+    ring = [(begin, begin), (end, begin), (end, end), (begin, end)]
+    corners = [number[x, y, z] for z in (begin, end) for x, y in ring]
+    cells = np.stack([corner.ravel() for corner in corners], axis=1)
+    sets = {
+        "clamped": number[:, :, [0, -1]], "begin": number[0], "end": number[-1],
+        "face": number[:, 0],
+    }  # fmt: skip
+    lines = ["*NODE"]
+    lines += [
+        f"{n}, {x:.9g}, {y:.9g}, {z:.9g}" for n, (x, y, z) in enumerate(points.reshape(-1, 3), 1)
+    ]
+    lines.append("*ELEMENT, TYPE=C3D8, ELSET=strip")
+    lines += [", ".join(map(str, (n, *cell))) for n, cell in enumerate(cells, 1)]
+    for name, nodes in sets.items():
+        lines += [f"*NSET, NSET={name}", *(f"{n}," for n in nodes.ravel())]
+    (folder / "strip.inp").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    law, (time, order) = CONSTANTS[constants]
+    scene = folder / "strip.yaml"
+    scene.write_text(SCENE.format(law=law, time=time, order=order), encoding="utf-8")
+    return scene
+
+
+def _wave(mode: LoadedMode, counts: tuple[int, ...]) -> Wave | None:
+    """Return the wave of a natural mode; None if it moves along the strip rather than across it."""
+    shape = mode.shape.reshape(*(n + 1 for n in counts), 3)
+    deflection = shape[..., 1].mean(axis=1)
+    if np.abs(deflection).max() < 0.5:
+        return None
+    along = np.arange(counts[0] + 1) / counts[0]
+    weights = np.ones(counts[0] + 1)
+    weights[[0, -1]] = 0.5
+    parts = [
+        np.linalg.norm((weights * np.cos(np.pi * n * along)) @ deflection) * (0.5 if n == 0 else 1)
+        for n in range(counts[0])
+    ]
+    is_even = float((deflection * deflection[:, ::-1]).sum()) > 0.0
+    return Wave(int(np.argmax(parts)), is_even, mode.dynamic_frequency, mode.damping_ratio)
+
+
+@cache
+def waves(
+    constants: str, length: float, counts: tuple[int, ...], pressures: tuple[float, ...] = ()
+) -> list[list[Wave]]:
+    """Return the lowest waves of a piece of a length [m], flat or at each of these pressures [Pa].
+
+    Raises StabilityError if no equilibrium is found.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        scene = _write_scene(Path(folder), constants, length, counts)
+        over = LoadRange.read(f"air=0..{max(pressures, default=1.0)} Pa", "--over")
+        state = Preloaded(scene_with_loads(scene, [], over=over), Choice("cpu", 1))
+        found = []
+        for pressure in pressures or (0.0,):
+            if pressure:
+                state.reach(over.fraction_of_time(pressure) * state.end)
+            modes = state.vibrations("stick").modes(8).loaded
+            found.append([wave for mode in modes if (wave := _wave(mode, counts))])
+    return found
