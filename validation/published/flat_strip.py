@@ -30,7 +30,6 @@ is widened by half the difference of the two strips, 7 %.
 """
 
 import tempfile
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -106,10 +105,7 @@ def _write_scene(folder: Path, constants: str, length: float, counts: tuple[int,
     ring = [(begin, begin), (end, begin), (end, end), (begin, end)]
     corners = [number[x, y, z] for z in (begin, end) for x, y in ring]
     cells = np.stack([corner.ravel() for corner in corners], axis=1)
-    sets = {
-        "clamped": number[:, :, [0, -1]], "begin": number[0], "end": number[-1],
-        "face": number[:, 0],
-    }  # fmt: skip
+    sets = {"clamped": number[:, :, [0, -1]], "begin": number[0], "end": number[-1]}
     lines = ["*NODE"]
     lines += [
         f"{n}, {x:.9g}, {y:.9g}, {z:.9g}" for n, (x, y, z) in enumerate(points.reshape(-1, 3), 1)
@@ -118,6 +114,9 @@ def _write_scene(folder: Path, constants: str, length: float, counts: tuple[int,
     lines += [", ".join(map(str, (n, *cell))) for n, cell in enumerate(cells, 1)]
     for name, nodes in sets.items():
         lines += [f"*NSET, NSET={name}", *(f"{n}," for n in nodes.ravel())]
+    lowest = 1 + np.arange(len(cells)).reshape(counts)[:, 0].ravel()
+    lines += ["*ELSET, ELSET=lowest", *(f"{n}," for n in lowest)]
+    lines += ["*SURFACE, TYPE=ELEMENT, NAME=face", "lowest, S3"]
     (folder / "strip.inp").write_text("\n".join(lines) + "\n", encoding="utf-8")
     law, (time, order) = CONSTANTS[constants]
     scene = folder / "strip.yaml"
