@@ -43,6 +43,9 @@ DIFFERENCE_OVER_STEP = 0.01
 LEAST_FORCE_STRAIN = 1e-6
 """Strain of a body whose internal forces are the least with which unbalanced ones are compared."""
 
+ROUNDED_OVER_EPSILON = 1e6
+"""Displacement by which the force of round-off is measured, over the round-off of coordinates."""
+
 SLOW_CONVERGENCE = 0.3
 """Fall of the unbalanced force in an iteration, above which what is required is enough."""
 
@@ -96,7 +99,7 @@ class Newton:
 
     tolerance: allowed unbalanced over internal forces [-]. mean_force: mean of the internal forces
     [N] of all equilibria so far, with which the unbalanced force of an unloaded body is compared;
-    at least those of a strain LEAST_FORCE_STRAIN.
+    at least those of a strain LEAST_FORCE_STRAIN, and so large that round-off is within tolerance.
     factorisations, products: numbers of factorised tangents and of products K v so far.
     """
 
@@ -105,10 +108,24 @@ class Newton:
         self.tangent = Tangent(forces)
         self.factors: Factors | None = None
         self.factorisations = self.products = 0
-        self.mean_force = self.least_force = LEAST_FORCE_STRAIN * forces.force_scale
+        self.least_force = max(
+            LEAST_FORCE_STRAIN * forces.force_scale, self._round_off() / tolerance
+        )
+        self.mean_force = self.least_force
         shortest = float(self.tangent.steps.min())
         self._differences = SHORTEST_DIFFERENCE * shortest, LONGEST_DIFFERENCE * shortest
         self._difference = self._differences[1]
+
+    def _round_off(self) -> float:
+        """Return the norm of the forces [N] that rounded coordinates exert: K times an arbitrary
+        displacement of their round-off.
+        """
+        forces, start = self.forces, self.forces.start
+        rounded = np.finfo(float).eps * float(np.abs(start.x).max())
+        nodal = np.arange(forces.size) < forces.counts[0]
+        signs = np.random.default_rng(0).choice((-1.0, 1.0), forces.size)
+        step = ROUNDED_OVER_EPSILON * rounded * np.where(nodal, signs, 0.0)
+        return float(np.linalg.norm(forces.resisting(start, step))) / ROUNDED_OVER_EPSILON
 
     def find(
         self, guess: Configuration, see: Callable[[int, float], None] = lambda k, share: None
