@@ -237,6 +237,24 @@ def test_a_body_that_floats_without_load_is_solved(run):
     assert h["r_x"][-1] == pytest.approx(-h["l_x"][-1], rel=1e-6)
 
 
+def test_a_thin_body_without_load_is_at_rest(build, start):
+    """Coordinates of a wide, thin and nearly incompressible body have round-off that exerts forces:
+    they count as balanced.
+    """
+    from softsim.statics.forces import StaticForces
+    from softsim.statics.newton import Newton
+
+    text = PRESSED_BLOCK.replace("length: 8 mm, height: 4 mm", "length: 60 mm, height: 0.2 mm")
+    text = text.replace("element_size: 1 mm", "element_size: 0.2 mm").replace("-0.02 mm", "-9 mm")
+    text = text.replace("36 kPa,", "36 kPa, poisson_ratio: 0.4995,")
+    forces = StaticForces(start(build(text)))
+    newton = Newton(forces, 1e-6)
+    rounded = np.random.default_rng(1).choice((-1.0, 1.0), forces.size)
+    near = forces.moved(forces.start, 1e-16 * rounded)
+    assert newton.find(near).unbalanced_share < 1e-6
+    assert newton.unbalanced(forces.moved(forces.start, 1e-9 * rounded))[1] > 1e-6
+
+
 def test_a_resumed_run_finds_the_same_equilibria(run, monkeypatch):
     """SIGTERM, then --resume; to the tolerance, as guesses and factors begin anew."""
     from softsim.statics.newton import LoadSteps
