@@ -83,10 +83,11 @@ def validate(
     """
     began = time.monotonic()
     out.mkdir(parents=True, exist_ok=True)
-    skipped = [script.reason_to_skip for script in scripts if script.reason_to_skip]
-    scripts = [script for script in scripts if not script.reason_to_skip]
+    reasons = {script.name: script.reason_to_skip(quick) for script in scripts}
+    skipped = [reason for reason in reasons.values() if reason]
+    scripts = [script for script in scripts if not reasons[script.name]]
     points = {script.name: points_of(digitised, script.name, script.columns) for script in scripts}
-    wanted = [case for script in scripts for case in script.cases(quick)]
+    wanted = [case for script in scripts for case in script.chosen(quick)]
     found = run_cases(wanted, out, workers or processor_count(), console)
     sections = [section(script, found, points[script.name], out) for script in scripts]
     about = {
@@ -111,7 +112,7 @@ def validate(
 def section(script: Script, found: dict[str, Outcome], points: Points | None, out: Path) -> Section:
     """Return the verdicts of a script, and draw its figure."""
     began = time.monotonic()
-    outcomes = outcomes_by_name(script.cases(False), found)
+    outcomes = outcomes_by_name(script.cases(), found)
     rows = tuple(script.rows(outcomes, points))
     remarks = tuple(script.remarks(outcomes))
     listings = tuple(script.listings(outcomes))

@@ -31,10 +31,9 @@ EXPECTED = {30: (4, 4), 36: (2, 3), 41: (2, 3)}
 CONDITIONS = tuple((pipe, highest) for pipe in PIPES for highest in HIGHESTS)
 
 
-def cases(quick: bool) -> list[Case]:
+def cases() -> list[Case]:
     """One a pipe and pressure."""
-    wanted = [(pipe, HIGHEST) for pipe in PIPES] if quick else CONDITIONS
-    return [propulsion_force.case(pipe, BEST_FREQUENCY, highest) for pipe, highest in wanted]
+    return [propulsion_force.case(pipe, BEST_FREQUENCY, highest) for pipe, highest in CONDITIONS]
 
 
 def name_of(pipe: int, highest: float) -> str:
@@ -131,6 +130,7 @@ SCRIPT = Script(
         "kPa."
     ),
     cases=cases,
+    quick=(propulsion_force.label(36, BEST_FREQUENCY, HIGHEST),),
     rows=rows,
     draw=draw,
     columns=("pipe_mm", "highest_kPa", "rows"),

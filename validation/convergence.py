@@ -158,9 +158,9 @@ def case(what: str, numerics: Numerics) -> Case:
     return Case(label(what, numerics), scene, overrides)
 
 
-def cases(quick: bool) -> list[Case]:
-    """All settings; the subset has their first 0.4 s."""
-    kinds = (SHORT,) if quick else (SHORT, MODE1, CYCLE)
+def cases() -> list[Case]:
+    """All settings."""
+    kinds = (SHORT, MODE1, CYCLE)
     return [case(what, numerics) for what in kinds for numerics in DISTINCT]
 
 

@@ -39,7 +39,6 @@ from validation.verdicts import (
 NAME = "critical_zones"
 FOLDER = "layouts"
 PICTURES = "output.frame_interval=0.1 s"  # robots for the picture of the way
-QUICK = ("transition_30_to_41",)  # the robot is through within a second
 COLUMNS = 2  # of panels
 
 PASSED, STUCK, UNFINISHED = "passed", "stuck", "unfinished"
@@ -72,10 +71,9 @@ def layouts() -> list[str]:
     return sorted(file.stem for file in (SCENES / FOLDER).glob("*.yaml"))
 
 
-def cases(quick: bool) -> list[Case]:
+def cases() -> list[Case]:
     """One a layout."""
-    names = QUICK if quick else layouts()
-    return [LayoutCase(name, f"{FOLDER}/{name}.yaml", (PICTURES,)) for name in names]
+    return [LayoutCase(name, f"{FOLDER}/{name}.yaml", (PICTURES,)) for name in layouts()]
 
 
 def report(outcome: Outcome) -> Mapping[str, Any]:

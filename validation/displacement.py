@@ -52,7 +52,6 @@ HARDLY = 0.1  # share of the displacement at 192 Hz that counts as barely moving
 ROOM = (
     0.15  # share of the pressure's fall before 5 % of the way; of a steady motion it would be 5 %
 )
-QUICK = {36: (64, 192)}
 COLOURS = dict(zip(FREQUENCIES, (PURPLE, GREEN, ORANGE, BLUE), strict=True))
 
 
@@ -61,16 +60,15 @@ def label(pipe: int, frequency: int) -> str:
     return f"{pipe} mm, {frequency} Hz"
 
 
-def cases(quick: bool) -> list[Case]:
+def cases() -> list[Case]:
     """One a pipe and frequency."""
-    wanted = QUICK if quick else dict.fromkeys(PIPES, FREQUENCIES)
     air = natural_deflation(round(TIME_CONSTANT, 3), END, CYCLES)
     return [
         Case(
             label(pipe, f), f"pfr_{pipe}mm.yaml", (*air, f"loads.motor.frequency={f} Hz", *THINNED)
         )
-        for pipe, frequencies in wanted.items()
-        for f in frequencies
+        for pipe in PIPES
+        for f in FREQUENCIES
     ]
 
 

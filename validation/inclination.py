@@ -29,7 +29,6 @@ from validation.verdicts import falls as decreases
 
 NAME = "inclination"
 ANGLES = (0, 45, 90)  # degrees
-QUICK = ((36, 0),)
 
 
 def label(pipe: int, angle: int) -> str:
@@ -49,10 +48,9 @@ def case(pipe: int, angle: int) -> Case:
     return replace(shared, name=label(pipe, angle))
 
 
-def cases(quick: bool) -> list[Case]:
+def cases() -> list[Case]:
     """One a pipe and angle."""
-    wanted = QUICK if quick else [(pipe, angle) for pipe in PIPES for angle in ANGLES]
-    return [case(pipe, angle) for pipe, angle in wanted]
+    return [case(pipe, angle) for pipe in PIPES for angle in ANGLES]
 
 
 def speed(history: History, pipe: int) -> float:
@@ -152,6 +150,7 @@ SCRIPT = Script(
         "next inflation takes back, if it does, is not in it."
     ),
     cases=cases,
+    quick=(label(36, 0),),
     rows=rows,
     draw=draw,
     columns=("pipe_mm", "angle_deg", "speed_mm_s"),

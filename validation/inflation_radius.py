@@ -83,7 +83,7 @@ SMOOTH, STIFF, RINGED, MEASURED, SOLID = (
 )  # fmt: skip
 
 
-def cases(quick: bool) -> list[Case]:
+def cases() -> list[Case]:
     """The skins; the one in space takes minutes."""
     scene = "skin_inflation.yaml"
     found = [
@@ -101,7 +101,7 @@ def cases(quick: bool) -> list[Case]:
         )),
         Case(RINGED, "skin_inflation_rings.yaml", THINNED),
     ]  # fmt: skip
-    return found if quick else [*found, Case(SOLID, "skin_inflation_3d.yaml", THINNED)]
+    return [*found, Case(SOLID, "skin_inflation_3d.yaml", THINNED)]
 
 
 def inflated(outcome: Outcome) -> Curve:
@@ -243,6 +243,7 @@ SCRIPT = Script(
         "1.5 OD_S at 20 to 26 kPa; growth to 2.5 OD_S. All within 15 %."
     ),
     cases=cases,
+    quick=(SMOOTH,),
     rows=rows,
     draw=draw,
     columns=("pressure_kPa", "outer_radius_mm"),

@@ -62,7 +62,6 @@ BANDS = {
 # does not span a limb 5 mm high with this root: 4.2 mm is as round as it gets.
 RADII = (4.2, 5.0, 8.0)
 SLOWER = (132, 142)  # Hz, at 3 and 4 V, where it is the fastest
-QUICK = (5,)
 COLOURS = {3: GREEN, 5: BLUE, 9: ORANGE}
 
 
@@ -92,13 +91,10 @@ def rounded(radius: float, frequency: int) -> Case:
     return Case(f"R1 {radius:g} mm, {frequency} Hz", flat.scene, (front, *flat.overrides))
 
 
-def cases(quick: bool) -> list[Case]:
-    """The subset has the robot with five rows on the flat."""
-    chosen = QUICK if quick else FREQUENCIES
-    found = [walking(rows, f) for rows in chosen for f in FREQUENCIES[rows]]
+def cases() -> list[Case]:
+    """On the flat, on slopes, within the bands of what was assumed, and with other limbs."""
+    found = [walking(rows, f) for rows in FREQUENCIES for f in FREQUENCIES[rows]]
     found.append(Case(PRESS, "leafbot_press.yaml"))
-    if quick:
-        return found
     bands = [Case(name, "leafbot5.yaml", (*changed, *THINNED)) for name, changed in BANDS.items()]
     radii = [rounded(radius, f) for f in SLOWER for radius in RADII if radius != RADII[1]]
     return [*found, *(climbing(slope) for slope in SLOPES[1:]), *bands, *radii]
@@ -236,6 +232,7 @@ SCRIPT = Script(
         "faster; three rows slower at 186 and 191 than at 132 Hz; no slope of 30 degrees or more."
     ),
     cases=cases,
+    quick=(label(5, 142), PRESS),
     rows=rows,
     draw=draw,
     columns=(),

@@ -78,11 +78,9 @@ def uphill(chain: str, slope: int) -> ChainCase:
     return ChainCase(f"{chain}, {slope} deg", flat.scene, (*flat.overrides, f"slope={slope} deg"))
 
 
-def cases(quick: bool) -> list[Case]:
-    """The subset has the chains on the flat."""
+def cases() -> list[Case]:
+    """Chains and finite elements, on the flat and up slopes."""
     chains: list[Case] = [level(chain, f) for chain in CHAINS for f in FREQUENCIES[ROWS]]
-    if quick:
-        return chains
     chains += [uphill(chain, slope) for chain in CHAINS for slope in SLOPES]
     elements = [walking(ROWS, f) for f in FREQUENCIES[ROWS]]
     return [*chains, *elements, *(climbing(slope) for slope in SLOPES)]
@@ -228,6 +226,7 @@ SCRIPT = Script(
         "is fitted."
     ),
     cases=cases,
+    quick=tuple(level(chain, MIDDLE).name for chain in CHAINS),
     rows=rows,
     draw=draw,
     columns=(),

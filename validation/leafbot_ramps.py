@@ -27,7 +27,6 @@ NAME = "leafbot_ramps"
 SLOPES = (20, 30, 40, 50, 60, 70, 80, 90)  # deg
 HEIGHTS = (5.0, 10.0)  # mm
 FRICTIONS = (0.68, 0.7, 0.72)
-QUICK = ((30, 5.0), (60, 5.0))
 FOOT = 40.0  # mm, where the ramp begins; the robot's front stands at 32 mm
 TAIL = 53.0  # mm, of the backbone behind the head's centre
 TIME = 3.0  # s
@@ -68,10 +67,10 @@ def label(limb: str, slope: int, height: float, friction: float) -> str:
     return f"{limb}, {slope} deg, {height:g} mm, friction {friction:g}"
 
 
-def cases(quick: bool) -> list[Case]:
+def cases() -> list[Case]:
     """One a limb, slope, height and friction."""
-    wanted = QUICK if quick else [(slope, height) for height in HEIGHTS for slope in SLOPES]
-    return [case(limb, *ramp, mu) for limb in LIMBS for ramp in wanted for mu in FRICTIONS]
+    ramps = [(slope, height) for height in HEIGHTS for slope in SLOPES]
+    return [case(limb, *ramp, mu) for limb in LIMBS for ramp in ramps for mu in FRICTIONS]
 
 
 def beyond(outcome: Outcome, slope: int, height: float) -> float:

@@ -100,7 +100,6 @@ FIELDS = {
 }
 SINGLE = (*RAMPS, *SEMICIRCLES)
 ALL = (*SINGLE, *(terrain for group in FIELDS.values() for terrain in group))
-QUICK = (RAMPS[0], SEMICIRCLES[0])
 
 
 def draws() -> np.ndarray:
@@ -139,13 +138,11 @@ def case(terrain: Terrain, rows: int, trial: int) -> Case:
     return Case(label(terrain, rows, trial), f"leafbot{rows}.yaml", overrides)
 
 
-def cases(quick: bool) -> list[Case]:
-    """A robot a terrain, pattern and trial; the subset is one trial with five rows of limbs.
+def cases() -> list[Case]:
+    """A robot a terrain, pattern and trial.
 
     The shorter first, and of them a trial of every cell before the next one.
     """
-    if quick:
-        return [case(terrain, 5, 0) for terrain in QUICK]
     each = [(t, rows, n) for t in ALL for rows in FREQUENCIES for n in t.trials]
     return [case(*one) for one in sorted(each, key=lambda one: (one[0].time, one[2]))]
 

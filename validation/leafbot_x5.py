@@ -125,14 +125,12 @@ def assumed(chain: str, name: str) -> ChainCase:
     return ChainCase(f"{chain}, {name}", one.scene, one.overrides)
 
 
-def cases(quick: bool) -> list[Case]:
-    """The subset has the right motor alone."""
+def cases() -> list[Case]:
+    """Right motor, left motor, both, unlike sides, and what was assumed."""
     right: list[Case] = [
         turning(chain, place, f, "right") for chain in CHAINS for place in PLACES
         for f in FREQUENCIES
     ]  # fmt: skip
-    if quick:
-        return right
     left = [turning(chain, p, f, "left") for chain in CHAINS for p in PLACES for f in FREQUENCIES]
     both = [kind(chain, p) for chain in CHAINS for p in PLACES for kind in (straight, unequal)]
     unlike = [turning_unlike(p, f, draw) for p in PLACES for f in (WEAK, STRONG)

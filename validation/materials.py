@@ -108,10 +108,8 @@ def cycle(name: str) -> Case:
     return Case(walking(name), f"pfr_{PIPE}mm.yaml", overrides)
 
 
-def cases(quick: bool) -> list[Case]:
-    """The subset walks with the silicone of the scenes and with harder spikes."""
-    if quick:
-        return [cycle(PLAIN), cycle(HARD)]
+def cases() -> list[Case]:
+    """Free air, one cycle in the pipe, one spike on a plate."""
     return [
         *(Case(inflated(name), "pfr_free_inflation.yaml", VARIANTS[name]()) for name in VARIANTS),
         *(cycle(name) for name in WALKING),

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, QUIET, drawing
-from validation.cases import Case, Outcomes
+from validation.cases import Outcomes
 from validation.command import command
 from validation.digitised import Points
 from validation.script import Listing, Script
@@ -175,11 +175,6 @@ def listings(outcomes: Outcomes) -> Iterator[Listing]:
     )  # fmt: skip
 
 
-def no_cases(quick: bool) -> list[Case]:
-    """Nothing is run."""
-    return []
-
-
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
     """Voltage over frequency with the best fits, and k over what the winding warms up."""
     with drawing(path, 3.0) as figure:
@@ -217,7 +212,7 @@ SCRIPT = Script(
         "winding that is warmer at 5 V makes it possible, with any k, for no temperature is told "
         "(table). So frequency stays an input. Nothing is simulated."
     ),
-    cases=no_cases,
+    quick=(),
     rows=rows,
     draw=draw,
     columns=(),

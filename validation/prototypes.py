@@ -55,7 +55,6 @@ PIPES = {30: (FIRST, SECOND), 36: DESIGNS}
 """Pipe [mm] -> the designs that fit."""
 
 COLOURS = (ORANGE, BLUE, GREEN)
-QUICK = ((36, SECOND),)
 
 
 def label(pipe: int, design: Design) -> str:
@@ -91,10 +90,9 @@ def volume(design: Design) -> float:
     return (design.outer / BODY) ** 2
 
 
-def cases(quick: bool) -> list[Case]:
+def cases() -> list[Case]:
     """One a design and a pipe that it fits."""
-    wanted = QUICK if quick else conditions()
-    return [case(pipe, design) for pipe, design in wanted]
+    return [case(pipe, design) for pipe, design in conditions()]
 
 
 def conditions() -> tuple[tuple[int, Design], ...]:
@@ -188,6 +186,7 @@ SCRIPT = Script(
         "third is scaled by the volume of the body. The pressures are those of the pipe for all."
     ),
     cases=cases,
+    quick=(label(36, SECOND),),
     rows=rows,
     draw=draw,
     columns=("pipe_mm", "prototype", "speed_mm_s"),

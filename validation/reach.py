@@ -49,7 +49,6 @@ from validation.verdicts import falls as decreases
 NAME = "reach"
 UPRIGHT, LEVEL = "upright", "level"
 DRAGS = {UPRIGHT: (0, 5, 10, 15, 25), LEVEL: (300, 600, 1000)}  # mN, on the robot
-QUICK = ((36, UPRIGHT, 0), (36, UPRIGHT, 10), (36, UPRIGHT, 25))
 INFLATION, HOLD, SPARE = 1.0, 0.1, 0.2  # s
 TETHER = 3e-3 * 9.81  # N/m
 FRICTION = (0.5, 0.75)
@@ -91,10 +90,8 @@ def case(pipe: int, heading: str, drag: int) -> Case:
     return Case(label(pipe, heading, drag), f"pfr_{pipe}mm.yaml", overrides)
 
 
-def cases(quick: bool) -> list[Case]:
+def cases() -> list[Case]:
     """One a pipe, heading and drag."""
-    if quick:
-        return [case(*trial) for trial in QUICK]
     return [case(p, heading, d) for p in PIPES for heading, ds in DRAGS.items() for d in ds]
 
 

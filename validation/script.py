@@ -65,13 +65,14 @@ def no_remarks(outcomes: Outcomes) -> Iterable[str]:
     return ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Script:
     """Figure of the thesis or published data set, with its cases, claims and drawing.
 
     name: that of the module. figure: of the thesis, or the source of the data. about: what is
     shown; paragraphs are separated by blank lines. For published data: the protocol.
-    cases: all (False), or those of the quick subset (True).
+    cases: all; none by default. quick: names of those of the quick subset, which leaves the script
+    out if it is None.
     rows: verdicts, from the outcomes of all cases by name. Those that were not run or failed have
     a `failure` and no numbers: claims that rest on them cannot be told.
     draw: one figure into a PNG file, of whatever is there.
@@ -86,7 +87,7 @@ class Script:
     name: str
     figure: str
     about: str
-    cases: Callable[[bool], list[Case]]
+    cases: Callable[[], list[Case]] = list
     rows: Callable[[Outcomes, Points | None], Iterable[Row]]
     draw: Callable[[Outcomes, Points | None, Path], None]
     columns: tuple[str, ...]
@@ -94,13 +95,19 @@ class Script:
     listings: Callable[[Outcomes], Iterable[Listing]] = no_listings
     evidence: Evidence = THESIS
     data: Path | None = None
+    quick: tuple[str, ...] | None = None
 
-    @property
-    def reason_to_skip(self) -> str:
-        """Sentence about the data folder that is absent; empty where nothing is missing."""
-        if self.data is None or self.data.is_dir():
-            return ""
-        return f"{self.name}: skipped, because the folder of its data is absent: {self.data}"
+    def chosen(self, quick: bool) -> list[Case]:
+        """Return all cases, or those of the quick subset."""
+        return [c for c in self.cases() if not quick or c.name in (self.quick or ())]
+
+    def reason_to_skip(self, quick: bool) -> str:
+        """Return why the script is left out, as a sentence; empty if it is not."""
+        if self.data is not None and not self.data.is_dir():
+            return f"{self.name}: skipped, because the folder of its data is absent: {self.data}"
+        if quick and self.quick is None:
+            return f"{self.name}: left out of the quick subset; run it by {self.command}"
+        return ""
 
     @property
     def command(self) -> str:

@@ -70,11 +70,9 @@ def sensed(pipe: int, friction: float) -> Case:
     return Case(label(pipe, friction), SCENE, (*pipe_and_friction, *SENSED))
 
 
-def cases(quick: bool) -> list[Case]:
+def cases() -> list[Case]:
     """Each pipe at each friction, free air; the thesis's rates through tubes of three lengths."""
     nominal = [sensed(pipe, FRICTION) for pipe in (*PIPES, UNSHOWN, FREE)]
-    if quick:
-        return nominal[: len(PIPES)]
     spread = [sensed(pipe, f) for f in FRICTIONS if f != FRICTION for pipe in PIPES]
     lengths = [
         Case(

@@ -70,10 +70,9 @@ def robots(model: Robot) -> Iterator[Robot]:
 ROBOTS = (*robots(SECTION), *robots(SPACE))
 
 
-def cases(quick: bool) -> list[Case]:
-    """Ten a hypothesis and model; the subset is the section."""
-    wanted = [robot for robot in ROBOTS if not quick or robot.suffix == SECTION.suffix]
-    return [case for robot in wanted for case in cases_of(robot)]
+def cases() -> list[Case]:
+    """Ten a hypothesis and model."""
+    return [case for robot in ROBOTS for case in cases_of(robot)]
 
 
 def cases_of(robot: Robot) -> Iterator[Case]:

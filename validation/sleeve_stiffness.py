@@ -175,9 +175,9 @@ def skin_case(bulk: float) -> Case:
     return Case(skin_name(bulk), "skin_inflation.yaml", overrides)
 
 
-def cases(quick: bool) -> list[Case]:
+def cases() -> list[Case]:
     """One a pipe, and the skin; the others tell what else the ranges hang on."""
-    variants = (MAIN,) if quick else (MAIN, *OTHERS)
+    variants = (MAIN, *OTHERS)
     skins = [skin_case(bulk) for bulk in sorted({variant.bulk for variant in variants})]
     return [*skins, *(variant.case(pipe) for variant in variants for pipe in PIPES)]
 
@@ -422,6 +422,7 @@ SCRIPT = Script(
         "which factors it would admit."
     ),
     cases=cases,
+    quick=(skin_name(MAIN.bulk), MAIN.label(36)),
     rows=rows,
     draw=draw,
     columns=(),

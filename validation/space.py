@@ -152,18 +152,8 @@ def through(robot: Robot, layout: str, sense: int = 1) -> LayoutCase:
     return LayoutCase(name, f"layouts/{layout}.yaml", overrides, robot.of_layouts)
 
 
-def cases(quick: bool) -> list[Case]:
-    """Of both robots; the subset has one fast cycle, one pull and Mode 1."""
-    if quick:
-        return [
-            case
-            for robot in ROBOTS
-            for case in (
-                rated(robot, STOP_RATE),
-                held(robot, PIPE, HIGHEST),
-                vibrating(robot, MODE1[0]),
-            )
-        ]
+def cases() -> list[Case]:
+    """Of both robots."""
     return [case for robot in ROBOTS for case in cases_of(robot)]
 
 

@@ -144,7 +144,7 @@ def test_the_table_has_every_layout():
 
 def test_pictures_do_not_change_the_run():
     """The pressure follows rows of the history: these stay as `softsim assess` has them."""
-    outputs = [case.loaded.scene.output for case in critical_zones.cases(False)]
+    outputs = [case.loaded.scene.output for case in critical_zones.cases()]
     default = type(outputs[0])()
     assert {output.history_interval for output in outputs} == {default.history_interval}
     assert {output.frame_interval for output in outputs} == {0.1}

@@ -59,7 +59,7 @@ def disagreeing(rows, pattern):
 
 
 def of_all(module, make):
-    return {case.name: make(case) for case in module.cases(False)}
+    return {case.name: make(case) for case in module.cases()}
 
 
 # Pull [N] of the section at 23 kPa and above, by pipe; noise in its falls, more and earlier at

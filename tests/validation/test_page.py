@@ -18,7 +18,12 @@ NASTY = "<b>p & q</b> [red]x[/]"
 def sections(tmp_path):
     """One script with a row of each verdict and a figure."""
     script = Script(
-        "s", "Fig 1", NASTY, lambda quick: [], lambda o, p: [], lambda o, p, f: None, ()
+        name="s",
+        figure="Fig 1",
+        about=NASTY,
+        rows=lambda o, p: [],
+        draw=lambda o, p, f: None,
+        columns=(),
     )
     figure = tmp_path / "s.png"
     figure.write_bytes(b"picture")

@@ -24,7 +24,7 @@ STRIP = Script(
     name="strip",
     figure="Somebody 1950",
     about="First paragraph.\n\nSecond paragraph.",
-    cases=lambda quick: [],
+    quick=(),
     rows=lambda outcomes, points: ROWS,
     draw=lambda outcomes, points, path: path.write_bytes(b"picture"),
     columns=(),
@@ -62,6 +62,14 @@ def test_script_without_its_data_is_skipped(tmp_path):
     assert everything["skipped"] == [sentence] and everything["rows"] == []
     assert "skipped, because" in shown
     assert not (tmp_path / "out" / "published.html").exists()
+
+
+def test_the_quick_subset_names_the_scripts_that_it_leaves_out():
+    long = replace(STRIP, quick=None)
+    assert long.reason_to_skip(quick=True) == (
+        "strip: left out of the quick subset; run it by python -m validation.published.strip"
+    )
+    assert long.reason_to_skip(quick=False) == STRIP.reason_to_skip(quick=True) == ""
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.name)

@@ -24,7 +24,7 @@ def outcomes(slopes):
     """Ways that fall linearly from 5 mm without a drag to the recoil at a robot's pull [mN]; pipe
     and heading -> pull.
     """
-    found = {case.name: Outcome(case.name, failure="not run") for case in reach.cases(False)}
+    found = {case.name: Outcome(case.name, failure="not run") for case in reach.cases()}
     for (pipe, heading), pull in slopes.items():
         for drag in reach.DRAGS[heading]:
             name = reach.label(pipe, heading, drag)

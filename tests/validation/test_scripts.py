@@ -13,10 +13,10 @@ from validation.verdicts import DISAGREES, UNKNOWN
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.name)
 @pytest.mark.physics
 def test_script_without_outcomes(script, tmp_path):
-    cases = script.cases(False)
+    cases = script.cases()
     keys = {case.key for case in cases}
     assert len(keys) == len({case.name for case in cases}) == len(cases)
-    assert {case.key for case in script.cases(True)} <= keys
+    assert {case.name for case in script.chosen(quick=True)} == set(script.quick or ())
     outcomes = outcomes_by_name(cases, {})
     points = {name: np.array([1.0]) for name in (*script.columns, "spread")}
     rows = list(script.rows(outcomes, points))

@@ -292,7 +292,6 @@ SCRIPT = Script(
     name=NAME,
     figure="arXiv 2507.17698 (waves) and arXiv 2603.18839 (tension)",
     about=__doc__,
-    cases=lambda quick: [],
     rows=rows,
     draw=draw,
     columns=(),

@@ -114,12 +114,9 @@ def case(membrane: str, force: float, constants: str) -> Case:
     return Case(f"{membrane}, {force:.1f} N, {constants}", "membrane_lift.yaml", overrides)
 
 
-def cases(quick: bool) -> list[Case]:
-    """Return all curves with both constants; quick: M1 and M3 with the middle weight."""
+def cases() -> list[Case]:
+    """Return all curves with both constants."""
     curves = list(measured()) if DATA.is_dir() else []
-    if quick:
-        middle = sorted({force for _, force in curves})[1:2]
-        curves = [curve for curve in curves if curve[0] in ("M1", "M3") and curve[1] in middle]
     return [case(*curve, constants) for constants in CONSTANTS for curve in curves]
 
 
@@ -203,6 +200,7 @@ SCRIPT = Script(
     figure="gmcampbell/SPA_Design, arXiv 2504.01156",
     about=__doc__,
     cases=cases,
+    quick=("M1, 24.5 N, typical",),
     rows=rows,
     draw=draw,
     columns=(),
