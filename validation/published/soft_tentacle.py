@@ -200,12 +200,10 @@ def case(pose: Pose, density: Density) -> Case:
     return Case(f"{pose.name}, {density.count} elements in a section", str(SCENE), overrides)
 
 
-def cases(quick: bool) -> list[Case]:
-    """Return all poses and one on a finer mesh; quick: one pose."""
+def cases() -> list[Case]:
+    """Return all poses and one on a finer mesh."""
     for density in (COARSE, FINE):
         write_mesh(density)
-    if quick:
-        return [case(POSES[REFINED], COARSE)]
     return [*(case(pose, COARSE) for pose in POSES.values()), case(POSES[REFINED], FINE)]
 
 
@@ -299,6 +297,7 @@ SCRIPT = Script(
     figure="tud-phi/soromox, system identification of a soft tentacle",
     about=__doc__,
     cases=cases,
+    quick=(case(POSES[REFINED], COARSE).name,),
     rows=rows,
     draw=draw,
     columns=(),
