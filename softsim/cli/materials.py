@@ -127,9 +127,7 @@ def fit_material(
                     hint=f"give --{option} once per file, in the order of the files",
                 )
         columns = strain_column, stress_column, stress_unit, delimiter
-        tests = [
-            read_tensile_test(file, *columns, one) for file, one in zip(files, modes, strict=True)
-        ]
+        tests = [read_tensile_test(file, *columns, m) for file, m in zip(files, modes, strict=True)]
         chosen = named_law(law)
         fits = fit_tests(tests, chosen, max_strain, min_strain, terms, weight or None)
         figure = out or Path(f"{files[0].stem}_{law}.png")
@@ -166,12 +164,12 @@ def spectrum(
     with explained() as console:
         from softsim.report.curves import draw_spectra, spectra_rows
 
-        found = named_spectra(materials, overrides or [])
+        spectra = named_spectra(materials, overrides or [])
         figure = out or Path(f"{Path(materials[0]).stem}_spectrum.png")
-        draw_spectra(found, figure)
-        for each in found:
-            console.print(each.name, style="bold", highlight=False)
-            console.print(unheaded(spectra_rows(each)))
+        draw_spectra(spectra, figure)
+        for drawn in spectra:
+            console.print(drawn.name, style="bold", highlight=False)
+            console.print(unheaded(spectra_rows(drawn)))
         console.print(f"figure  {figure}", highlight=False)
 
 
@@ -189,7 +187,7 @@ def named_spectra(names: Sequence[str], overrides: Sequence[str]) -> "list[Drawn
     from softsim.materials.laws import LAWS
     from softsim.report.curves import DrawnSpectrum
 
-    found: list[DrawnSpectrum] = []
+    spectra: list[DrawnSpectrum] = []
     for name in names:
         for material, data in _meant(name, overrides).items():
             try:
@@ -198,14 +196,14 @@ def named_spectra(names: Sequence[str], overrides: Sequence[str]) -> "list[Drawn
                 raise MaterialError(f"{material}: {error.message}", error.hint) from None
             if len(series.moduli):
                 mu0 = LAWS[data.law](*data.constants).initial_shear_modulus
-                found.append(DrawnSpectrum(material, mu0, series, fit))
-    if not found:
+                spectra.append(DrawnSpectrum(material, mu0, series, fit))
+    if not spectra:
         raise MaterialError(
             f"{', '.join(names)}: no viscoelastic material",
             hint="give a material a spectrum, such as {kind: loss_factor, loss_factor: 0.2, "
             "band: [2 Hz, 5 kHz]}, or a prony series",
         )
-    return found
+    return spectra
 
 
 def _meant(name: str, overrides: Sequence[str]) -> "dict[str, Material]":

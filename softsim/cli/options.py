@@ -56,6 +56,9 @@ class Precision(str, Enum):
     f64 = "f64"
 
 
+Device = Annotated[DeviceName, typer.Option(help="Device to run on.")]
+
+
 @contextmanager
 def explained() -> Iterator[Console]:
     """Yield the console of a command; a user error ends the command with its exit code."""

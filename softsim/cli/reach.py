@@ -8,7 +8,15 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from softsim.cli.options import DeviceName, Overrides, Scheduler, Workers, explained, unheaded
+from softsim.cli.options import (
+    Device,
+    DeviceName,
+    Overrides,
+    Scheduler,
+    Workers,
+    explained,
+    unheaded,
+)
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.reach.plan import Plan
@@ -25,7 +33,7 @@ def reach(
     out: Annotated[
         Path | None, typer.Option(help="Output folder; default: runs/LAYOUT_ROBOT_reach.")
     ] = None,
-    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
+    device: Device = DeviceName.auto,
     workers: Workers = None,
     scheduler: Scheduler = None,
     ratio: Annotated[

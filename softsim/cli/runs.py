@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from softsim.cli.options import (
+    Device,
     DeviceName,
     Overrides,
     Precision,
@@ -37,7 +38,7 @@ def run(
     scene: ScenePath,
     overrides: Overrides = None,
     out: Annotated[Path | None, typer.Option(help="Run folder; default: runs/SCENE.")] = None,
-    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
+    device: Device = DeviceName.auto,
     threads: Threads = "auto",
     precision: Annotated[Precision, typer.Option(help="Floating-point precision.")] = Precision.f64,
     resume: Annotated[
@@ -241,7 +242,7 @@ def assess(
     out: Annotated[
         Path | None, typer.Option(help="Run folder; default: runs/LAYOUT_ROBOT.")
     ] = None,
-    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
+    device: Device = DeviceName.auto,
     threads: Threads = "auto",
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue from the checkpoint in the run folder.")

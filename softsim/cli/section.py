@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from softsim.cli.options import DeviceName, Threads, explained
+from softsim.cli.options import Device, DeviceName, Threads, explained
 from softsim.errors import CalibrationError
 
 
@@ -33,7 +33,7 @@ def calibrate_section(
     out: Annotated[
         Path | None, typer.Option(help="Output folder; default: runs/SCENE_calibration.")
     ] = None,
-    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
+    device: Device = DeviceName.auto,
     threads: Threads = "auto",
 ) -> None:
     """Calibrate the pressure factor, pressure offset and thickness of a plane section of a body.

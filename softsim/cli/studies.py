@@ -5,7 +5,15 @@ from typing import Annotated
 
 import typer
 
-from softsim.cli.options import DeviceName, Scheduler, StudyOverrides, StudyPath, Workers, explained
+from softsim.cli.options import (
+    Device,
+    DeviceName,
+    Scheduler,
+    StudyOverrides,
+    StudyPath,
+    Workers,
+    explained,
+)
 from softsim.cli.reporting import report_study
 
 
@@ -17,7 +25,7 @@ def sweep(
     ] = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
-    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
+    device: Device = DeviceName.auto,
     batch: Annotated[
         str, typer.Option(metavar="N|auto", help="Number of cases that a worker runs at once.")
     ] = "auto",
@@ -65,7 +73,7 @@ def optimize(
     ] = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
-    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
+    device: Device = DeviceName.auto,
     trials: Annotated[
         int | None, typer.Option(min=1, help="Total number of trials; default: that of the study.")
     ] = None,

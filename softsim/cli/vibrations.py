@@ -1,6 +1,8 @@
 """Commands on small vibrations about an equilibrium: natural modes and harmonic response."""
 
+from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -8,12 +10,13 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from softsim.cli.options import DeviceName, Overrides, Threads, explained
+from softsim.cli.options import Device, DeviceName, Overrides, ScenePath, Threads, explained
 from softsim.errors import ModesError, Option, SceneError, StabilityError
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.compute.machine import Choice
-    from softsim.run.equilibrium import LoadRange, MotorResponse
+    from softsim.run.equilibrium import LoadRange, MotorResponse, Preloaded
+    from softsim.scene.loading import LoadedScene
     from softsim.statics.modes import LoadedModes
 
 SceneOrRun = Annotated[
@@ -64,7 +67,7 @@ def modes(
     out: Annotated[
         Path | None, typer.Option(help="Output folder; default: runs/SCENE_loaded_modes.")
     ] = None,
-    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
+    device: Device = DeviceName.auto,
     threads: Threads = "auto",
 ) -> None:
     """Compute the natural modes of a scene about its equilibrium under load.
@@ -74,29 +77,16 @@ def modes(
     --over frequencies.csv and frequencies.png.
     """
     with explained() as console:
-        from softsim.compute.machine import choose
-        from softsim.run.equilibrium import LoadRange
-
-        choice = choose(device.value, threads)
-        loads = [LoadRange.read(text, "--load") for text in load or []]
+        preload = Preload(scene, overrides or [], at, load or [], friction, device, threads)
         folder = out or Path("runs") / f"{scene.stem}_loaded_modes"
         if over is None:
-            _modes_at(scene, overrides or [], loads, at, count, friction, folder, choice, console)
+            _modes_at(preload, count, folder, console)
         else:
-            varied = LoadRange.read(over, "--over")
-            if varied.low == varied.high:
-                raise SceneError(
-                    f"'{over}' is one value", "write two: --over air='0..23 kPa'",
-                    Option(f"--over {over}"),
-                )  # fmt: skip
-            _modes_over(
-                scene, overrides or [], loads, at, varied, points, count, friction, folder, choice,
-                console,
-            )  # fmt: skip
+            _modes_over(preload, over, points, count, folder, console)
 
 
 def response(
-    scene: Annotated[Path, typer.Argument(help="Scene file (YAML).", show_default=False)],
+    scene: ScenePath,
     overrides: Overrides = None,
     at: At = None,
     load: Loads = None,
@@ -112,7 +102,7 @@ def response(
     out: Annotated[
         Path | None, typer.Option(help="Output folder; default: runs/SCENE_response.")
     ] = None,
-    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
+    device: Device = DeviceName.auto,
     threads: Threads = "auto",
 ) -> None:
     """Compute how far bodies and probes vibrate under the motors of a scene, over frequency.
@@ -125,165 +115,185 @@ def response(
         from rich.progress import track
 
         from softsim.cli.run_tables import response_table
-        from softsim.compute.machine import choose
         from softsim.output.folder import RunFolder
         from softsim.report.vibrations import draw_responses
-        from softsim.run.equilibrium import (
-            LoadRange,
-            Preloaded,
-            frequency_range,
-            motors,
-            scene_with_loads,
-        )
+        from softsim.run.equilibrium import Preloaded, frequency_range, motors
         from softsim.statics.response import HarmonicResponse
 
-        asked = None if frequencies is None else frequency_range(frequencies, "--frequencies")
-        loads = [LoadRange.read(text, "--load") for text in load or []]
-        loaded = scene_with_loads(scene, overrides or [], loads, at=at)
+        bounds = None if frequencies is None else frequency_range(frequencies, "--frequencies")
+        preload = Preload(scene, overrides or [], at, load or [], friction, device, threads)
+        loaded = preload.scene()
         acting = motors(loaded)
-        state = Preloaded(loaded, choose(device.value, threads))
+        state = Preloaded(loaded, preload.choice)
         state.reach(state.end)
-        of = HarmonicResponse(state.vibrations(friction.value))
-        console.print(
-            f"equilibrium at t = {state.end:.6g} s; {of.vibrations.contact.in_words()}",
-            highlight=False, soft_wrap=True,
-        )  # fmt: skip
-        found = []
+        harmonic = HarmonicResponse(state.vibrations(friction.value))
+        _say(
+            console,
+            f"equilibrium at t = {state.end:.6g} s; {harmonic.vibrations.contact.in_words()}",
+        )
+        responses: list[MotorResponse] = []
         for name, motor in acting.items():
             own = motor.rotor.frequency
-            low, high = asked or (0.1 * own, 2.0 * own)
-            several = np.linspace(low, high, points)
+            low, high = bounds or (0.1 * own, 2.0 * own)
+            computed = np.linspace(low, high, points)
             if low < own < high:
-                several = np.union1d(several, own)
-            taken = track(several, name, console=console, transient=True)
-            found.append(state.response(of, name, motor, taken))
-            console.print(response_table(found[-1]))
-            for text in found[-1].remarks():
-                console.print(text, highlight=False, soft_wrap=True)
+                computed = np.union1d(computed, own)
+            tracked = track(computed, name, console=console, transient=True)
+            responses.append(state.response(harmonic, name, motor, tracked))
+            console.print(response_table(responses[-1]))
+            _say(console, *(f"warning: {text}" for text in responses[-1].warnings()))
         folder = RunFolder(out or Path("runs") / f"{scene.stem}_response")
-        folder.write_text_atomic("response.csv", _response_rows(found))
-        draw_responses(found, folder.path / "response.png")
+        folder.write_text_atomic("response.csv", _response_rows(responses))
+        draw_responses(responses, folder.path / "response.png")
         console.print(f"results in {folder.path}", highlight=False)
 
 
-def _modes_at(
-    scene: Path, overrides: list[str], loads: "list[LoadRange]", at: str | None, count: int,
-    friction: FrictionState, folder: Path, choice: "Choice", console: Console,
-) -> None:  # fmt: skip
-    """Print and draw the modes at one equilibrium."""
-    from softsim.cli.run_tables import modes_remarks, modes_table
-    from softsim.output.folder import RunFolder
-    from softsim.report.vibrations import draw_modes
+@dataclass(frozen=True)
+class Preload:
+    """Scene under loads, or folder of a static run, as the options of a command give it."""
 
-    state, where = _preloaded(scene, overrides, loads, at, choice)
-    found = state.vibrations(friction.value).modes(count)
-    console.print(f"equilibrium {where}", highlight=False)
-    console.print(modes_remarks(found), highlight=False, soft_wrap=True)
-    for text in found.remarks():
-        console.print(text, highlight=False, soft_wrap=True)
-    console.print(modes_table(found))
-    target = RunFolder(folder)
-    target.write_json_atomic("modes.json", _content(found) | {"scene": str(scene), "at": where})
-    target.write_text_atomic("modes.csv", _rows([(None, found)], None))
-    draw_modes([found], target.path / "modes.png", f"equilibrium {where}")
-    console.print(f"results in {folder}", highlight=False)
+    path: Path
+    overrides: list[str]
+    at: str | None
+    load: list[str]
+    friction: FrictionState
+    device: DeviceName
+    threads: str
 
+    @cached_property
+    def choice(self) -> "Choice":
+        """Device and threads."""
+        from softsim.compute.machine import choose
 
-def _preloaded(
-    scene: Path, overrides: list[str], loads: "list[LoadRange]", at: str | None, choice: "Choice"
-) -> tuple[Any, str]:
-    """Return the equilibrium of a scene or run folder, and its loads in words."""
-    from softsim.run.equilibrium import (
-        Preloaded,
-        refuse_dynamic,
-        scene_of_run,
-        scene_with_loads,
-    )
+        return choose(self.device.value, self.threads)
 
-    if scene.is_dir():
-        given = {"--set": overrides, "--load": loads, "--at": at}
+    @cached_property
+    def loads(self) -> "list[LoadRange]":
+        """Loads that the options give. Raises SceneError."""
+        from softsim.run.equilibrium import LoadRange
+
+        return [LoadRange.read(text, "--load") for text in self.load]
+
+    def scene(self, over: "LoadRange | None" = None) -> "LoadedScene":
+        """Return the scene with its loads, `over` rising last. Raises SceneError."""
+        from softsim.run.equilibrium import scene_with_loads
+
+        return scene_with_loads(self.path, self.overrides, self.loads, over, self.at)
+
+    def equilibrium(self) -> "tuple[Preloaded, str]":
+        """Return the equilibrium, and its time and loads in words."""
+        from softsim.run.equilibrium import Preloaded, refuse_dynamic, scene_of_run
+
+        if not self.path.is_dir():
+            state = Preloaded(self.scene(), self.choice)
+            state.reach(state.end)
+            under = [f"{load.name} = {load.shown(load.high)}" for load in self.loads]
+            return state, ", ".join([f"at t = {state.end:.6g} s", *under])
+        given = {"--set": self.overrides, "--load": self.load, "--at": self.at}
         for option, value in given.items():
             if value:
                 raise ModesError(
                     f"{option} does not go with a run folder, whose run has its loads",
                     hint="give the scene file instead",
                 )
-        loaded = scene_of_run(scene)
-        refuse_dynamic(loaded, scene)
-        state = Preloaded(loaded, choice)
-        state.take_up(scene)
-        return state, f"of {scene} at t = {state.time:.6g} s"
-    state = Preloaded(scene_with_loads(scene, overrides, loads, at=at), choice)
-    state.reach(state.end)
-    under = [f"{load.name} = {load.shown(load.high)}" for load in loads]
-    return state, ", ".join([f"at t = {state.end:.6g} s", *under])
+        loaded = scene_of_run(self.path)
+        refuse_dynamic(loaded, self.path)
+        state = Preloaded(loaded, self.choice)
+        state.take_up(self.path)
+        return state, f"of {self.path} at t = {state.time:.6g} s"
+
+
+def _modes_at(preload: Preload, count: int, folder: Path, console: Console) -> None:
+    """Print and draw the modes at one equilibrium."""
+    from softsim.cli.run_tables import modes_remarks, modes_table
+    from softsim.output.folder import RunFolder
+    from softsim.report.vibrations import draw_modes
+
+    state, where = preload.equilibrium()
+    modes = state.vibrations(preload.friction.value).modes(count)
+    _say(console, f"equilibrium {where}", modes_remarks(modes), *_contact_and_warnings(modes))
+    console.print(modes_table(modes))
+    target = RunFolder(folder)
+    content = _content(modes) | {"scene": str(preload.path), "at": where}
+    target.write_json_atomic("modes.json", content)
+    target.write_text_atomic("modes.csv", _rows([(None, modes)], None))
+    draw_modes([modes], target.path / "modes.png", f"equilibrium {where}")
+    console.print(f"results in {folder}", highlight=False)
 
 
 def _modes_over(
-    scene: Path, overrides: list[str], loads: "list[LoadRange]", at: str | None,
-    over: "LoadRange", points: int, count: int, friction: FrictionState, folder: Path,
-    choice: "Choice", console: Console,
-) -> None:  # fmt: skip
+    preload: Preload, over: str, points: int, count: int, folder: Path, console: Console
+) -> None:
     """Print and draw the frequencies of modes over a load, as far as there are equilibria."""
     from softsim.output.folder import RunFolder
     from softsim.report.vibrations import draw_frequencies
-    from softsim.run.equilibrium import Preloaded, motor_frequencies, scene_with_loads
+    from softsim.run.equilibrium import LoadRange, Preloaded, motor_frequencies
     from softsim.statics.modes import lines_of, zero_crossings
 
-    if scene.is_dir():
+    varied = LoadRange.read(over, "--over")
+    if varied.low == varied.high:
+        raise SceneError(
+            f"'{over}' is one value", "write two: --over air='0..23 kPa'", Option(f"--over {over}")
+        )
+    if preload.path.is_dir():
         raise ModesError("--over needs a scene file, not a run folder")
-    loaded = scene_with_loads(scene, overrides, loads, over, at)
-    state, target = Preloaded(loaded, choice), RunFolder(folder)
+    loaded = preload.scene(varied)
+    state, target = Preloaded(loaded, preload.choice), RunFolder(folder)
     values: list[float] = []
-    found: list[LoadedModes] = []
+    computed: list[LoadedModes] = []
     stopped: StabilityError | None = None
-    for value in over.values(points).tolist():
+    for value in varied.values(points).tolist():
         try:
-            state.reach(over.fraction_of_time(value) * state.end)
+            state.reach(varied.fraction_of_time(value) * state.end)
         except StabilityError as error:
             stopped = error
             break
-        found.append(state.vibrations(friction.value).modes(count))
+        modes = state.vibrations(preload.friction.value).modes(count)
+        computed.append(modes)
         values.append(value)
-        shown = ", ".join(f"{f:.4g}" for f in sorted(m.dynamic_frequency for m in found[-1].modes))
-        touching = found[-1].contact.touching
+        shown = ", ".join(f"{f:.4g}" for f in sorted(m.dynamic_frequency for m in modes.modes))
+        touching = modes.contact.touching
         contact = f", {touching} points touch" if touching else ""
-        console.print(
-            f"{over.name} = {over.shown(value)}: {shown} Hz{contact}",
-            highlight=False,
-            soft_wrap=True,
-        )
-    if stopped is not None and not found:
+        _say(console, f"{varied.name} = {varied.shown(value)}: {shown} Hz{contact}")
+    if stopped is not None and not computed:
         raise stopped
-    for text in found[-1].remarks():
-        console.print(text, highlight=False, soft_wrap=True)
-    lines = lines_of(found)
-    buckling = zero_crossings(values, found, lines)
+    _say(console, *_contact_and_warnings(computed[-1]))
+    lines = lines_of(computed)
+    buckling = zero_crossings(values, computed, lines)
     for value in buckling:
-        console.print(
-            f"a frequency goes through zero at {over.name} = {over.shown(value)}: there the model "
-            "buckles, or passes a limit point",
-            highlight=False, soft_wrap=True,
-        )  # fmt: skip
-    title = f"{over.name} [{over.unit}]" if over.unit else over.name
-    target.write_text_atomic(
-        "frequencies.csv", _rows(list(zip(values, found, strict=True)), title, lines)
-    )
-    motors = motor_frequencies(loaded)
-    draw_frequencies(values, found, lines, title, motors, buckling, target.path / "frequencies.png")
+        _say(
+            console,
+            f"a frequency goes through zero at {varied.name} = {varied.shown(value)}: there the "
+            "model buckles, or passes a limit point",
+        )
+    title = f"{varied.name} [{varied.unit}]" if varied.unit else varied.name
+    rows = _rows(list(zip(values, computed, strict=True)), title, lines)
+    target.write_text_atomic("frequencies.csv", rows)
+    figure = target.path / "frequencies.png"
+    draw_frequencies(values, computed, lines, title, motor_frequencies(loaded), buckling, figure)
     console.print(f"results in {folder}", highlight=False)
     if stopped is not None:
         raise stopped
 
 
-def _content(found: "LoadedModes") -> dict[str, Any]:
+def _say(console: Console, *sentences: str) -> None:
+    """Print sentences, which the terminal wraps."""
+    for sentence in sentences:
+        console.print(sentence, highlight=False, soft_wrap=True)
+
+
+def _contact_and_warnings(modes: "LoadedModes") -> list[str]:
+    return [modes.contact.in_words(), *(f"warning: {text}" for text in modes.warnings())]
+
+
+def _content(modes: "LoadedModes") -> dict[str, Any]:
     """Return the content of modes.json, in SI units."""
     return {
-        "contact": vars(found.contact),
-        "held_nodes": found.held_count,
-        "rigid_motions": found.rigid_motions,
-        "stiffness_error": found.stiffness_error,
-        "asymmetry": found.asymmetry,
+        "contact": vars(modes.contact),
+        "held_nodes": modes.held_count,
+        "rigid_motions": modes.rigid_motions,
+        "stiffness_error": modes.stiffness_error,
+        "asymmetry": modes.asymmetry,
         "modes": [
             {
                 "frequency": mode.frequency,
@@ -292,20 +302,20 @@ def _content(found: "LoadedModes") -> dict[str, Any]:
                 "omega_squared": mode.square,
                 "effective_mass_shares": mode.mass_shares,
             }
-            for mode in found.loaded
+            for mode in modes.loaded
         ],
     }
 
 
 def _rows(
-    found: "list[tuple[float | None, LoadedModes]]", load: str | None, lines: Any = None
+    computed: "list[tuple[float | None, LoadedModes]]", load: str | None, lines: Any = None
 ) -> str:
     """Return modes as CSV: one row a mode, with the value of the load and its line if given."""
-    axes = "xyz"[: found[0][1].body.points.shape[1]]
+    axes = "xyz"[: computed[0][1].body.points.shape[1]]
     head = ["mode", "frequency [Hz]", "dynamic_frequency [Hz]", "damping_ratio"]
     head += [f"effective_mass_{axis}" for axis in axes]
     rows = [",".join([*([load, "line"] if load else []), *head])]
-    for k, (value, modes) in enumerate(found):
+    for k, (value, modes) in enumerate(computed):
         for number, mode in enumerate(modes.loaded, start=1):
             cells = [mode.frequency, mode.dynamic_frequency, mode.damping_ratio, *mode.mass_shares]
             first = [f"{value:.8g}", str(lines[k][number - 1] + 1)] if load else []
@@ -313,14 +323,14 @@ def _rows(
     return "\n".join(rows) + "\n"
 
 
-def _response_rows(found: "list[MotorResponse]") -> str:
+def _response_rows(responses: "list[MotorResponse]") -> str:
     """Return responses as CSV, in SI units and degrees: one row a motor and frequency."""
-    columns = list(found[0].amplitudes)
+    columns = list(responses[0].amplitudes)
     head = ["motor", "frequency [Hz]", "force [N]", "contact_changes"]
     for column in columns:
-        head += [f"{column} amplitude [{found[0].units[column]}]", f"{column} phase [deg]"]
+        head += [f"{column} amplitude [{responses[0].units[column]}]", f"{column} phase [deg]"]
     rows = [",".join(head)]
-    for response in found:
+    for response in responses:
         for k, frequency in enumerate(response.frequencies):
             cells = [f"{frequency:.8g}", f"{response.force[k]:.8g}"]
             cells.append(str(response.contact_changes[k]))

@@ -43,7 +43,7 @@ LEAST_STEPS = 20
 ROUND_OFF = 1e-8
 """Amplitude over the largest of its unit, below which it is round-off of zero."""
 
-SETTLED = 0.1
+OTHER_LOADS_COMPLETE = 0.1
 """Fraction of the load time after which all loads but the one of interest are complete."""
 
 
@@ -91,7 +91,7 @@ class LoadRange:
 
     def fraction_of_time(self, value: float) -> float:
         """Return the fraction of the load time at which a load that is varied has a value."""
-        return SETTLED + (1.0 - SETTLED) * value / self.high
+        return OTHER_LOADS_COMPLETE + (1.0 - OTHER_LOADS_COMPLETE) * value / self.high
 
     def shown(self, value: float) -> str:
         """Return a value of the load as text."""
@@ -130,9 +130,9 @@ def scene_with_loads(
 ) -> LoadedScene:
     """Return a scene in which these loads rise in proportion to time, up to `high` at the end.
 
-    Gravity without a profile rises within the first SETTLED of the time. over: load that is varied;
-    it rises after the others, see `LoadRange.fraction_of_time`. at: text of the time that is the
-    end, such as "0.2 s", or None.
+    Gravity without a profile rises within the first OTHER_LOADS_COMPLETE of the time. over: load
+    that is varied; it rises after the others, see `LoadRange.fraction_of_time`. at: text of the
+    time that is the end, such as "0.2 s", or None.
 
     Raises SceneError.
     """
@@ -141,18 +141,18 @@ def scene_with_loads(
     more = []
     environment = loaded.scene.environment
     if environment.gravity_profile is None and np.any(environment.gravity):
-        duration = SETTLED * loaded.scene.time.end
+        duration = OTHER_LOADS_COMPLETE * loaded.scene.time.end
         more.append(
             f"environment.gravity_profile={{kind: ramp, value: 1, duration: {duration!r} s}}"
         )
     for load in [*loads, *([over] if over else [])]:
         spec, key = _profile_of(loaded, load)
-        end = loaded.scene.time.end
-        high = f"{load.high!r} {load.unit}"
-        profile = f"{{kind: ramp, value: {high}, duration: {(SETTLED if over else 1.0) * end!r} s}}"
+        end, high = loaded.scene.time.end, f"{load.high!r} {load.unit}"
+        complete = end * (OTHER_LOADS_COMPLETE if over else 1.0)
+        profile = f"{{kind: ramp, value: {high}, duration: {complete!r} s}}"
         if load is over:
-            zero, begin = f"0 {load.unit}", f"{SETTLED * end!r} s"
-            points = f"[[0 s, {zero}], [{begin}, {zero}], [{end!r} s, {high}]]"
+            zero = f"0 {load.unit}"
+            points = f"[[0 s, {zero}], [{complete!r} s, {zero}], [{end!r} s, {high}]]"
             profile = f"{{kind: table, points: {points}}}"
         more.append(f"loads.{load.name}.{key}={profile}")
         if getattr(spec, "ramp", 0.0) != 0.0:
@@ -192,8 +192,8 @@ def static(loaded: LoadedScene) -> LoadedScene:
             "until": None, "cycles": None, "reach": None,
         }
     )  # fmt: skip
-    vibrating = EccentricMass | SinusoidalForce
-    loads = {name: load for name, load in scene.loads.items() if not isinstance(load, vibrating)}
+    motors = motor_frequencies(loaded)
+    loads = {name: load for name, load in scene.loads.items() if name not in motors}
     update = {
         "time": time, "loads": loads, "layout": None, "crossing": None, "expect": Expect(),
     }  # fmt: skip
@@ -217,7 +217,7 @@ def motors(loaded: LoadedScene) -> dict[str, Rotor]:
             "add a load of the kind sinusoidal_force or eccentric_mass to a rigid body",
             loaded.tree.origin,
         )
-    model = build_model(loaded)
+    model = build_model(loaded)  # a static model refuses motors
     named = zip(model.load_names, model.loads, strict=True)
     return {name: load for name, load in named if isinstance(load, Rotor)}
 
@@ -241,17 +241,21 @@ class MotorResponse:
     units: dict[str, str]
     contact_changes: np.ndarray
 
-    def remarks(self) -> list[str]:
-        """Return sentences on frequencies at which the response is not valid."""
+    def warnings(self) -> list[str]:
+        """Return a sentence on the intervals of frequencies at which the response is not valid."""
         changed = np.flatnonzero(self.contact_changes)
         if not len(changed):
             return []
-        low, high = self.frequencies[changed[[0, -1]]]
-        most = int(self.contact_changes.max())
+        runs = np.split(self.frequencies[changed], np.flatnonzero(np.diff(changed) > 1) + 1)
+        intervals = [
+            f"from {run[0]:.4g} to {run[-1]:.4g} Hz" if len(run) > 1 else f"at {run[0]:.4g} Hz"
+            for run in runs
+        ]
         return [
-            f"warning: at {len(changed)} of {len(self.frequencies)} frequencies, between {low:.4g} "
-            f"and {high:.4g} Hz, contact opens, closes or begins to slip within a cycle, at up to "
-            f"{most} points, so there the linear response is not valid: run the scene in time"
+            f"{', '.join(intervals)} ({len(changed)} of {len(self.frequencies)} frequencies) "
+            "contact opens, closes or begins to slip within a cycle, at up to "
+            f"{self.contact_changes.max()} points, so there the linear response is not valid: run "
+            "the scene in time"
         ]
 
 
@@ -330,30 +334,32 @@ class Preloaded:
         return SmallVibrations(StaticForces(solver), friction)
 
     def response(
-        self, of: HarmonicResponse, name: str, motor: Rotor, frequencies: Iterable[float]
+        self, harmonic: HarmonicResponse, name: str, motor: Rotor, frequencies: Iterable[float]
     ) -> MotorResponse:
         """Return the harmonic response to a motor. Raises ModesError if it moves nothing."""
-        found: list[dict[str, complex]] = []
-        taken, forces, changes = [], [], []
+        rows: list[dict[str, complex]] = []
+        computed, forces, changes = [], [], []
         for frequency in frequencies:
-            force = of.force_of(motor, frequency)
+            rotor = at_full_speed(motor, frequency)
+            force = harmonic.force_of(motor, rotor)
             if not force.any():
                 raise ModesError(
                     f"the motor '{name}' acts on a body that is held, so nothing moves"
                 )
-            motion = of.motion(frequency, force)
-            found.append(self._amplitudes(of.vibrations, motion))
-            taken.append(frequency)
-            rotor = at_full_speed(motor, frequency)
+            motion = harmonic.motion(frequency, force)
+            rows.append(self._amplitudes(harmonic.vibrations, motion))
+            computed.append(frequency)
             forces.append(max(np.linalg.norm(rotor.cosine), np.linalg.norm(rotor.sine)))
-            changes.append(of.contact_changes(motion))
-        amplitudes = {c: np.array([row[c] for row in found]) for c in found[0]}
+            changes.append(harmonic.contact_changes(motion))
+        amplitudes = {c: np.array([row[c] for row in rows]) for c in rows[0]}
         units = self._units()
+        largest = dict.fromkeys(units.values(), 0.0)  # by unit
         for column, values in amplitudes.items():
-            alike = [np.abs(a).max() for c, a in amplitudes.items() if units[c] == units[column]]
-            values[np.abs(values) < ROUND_OFF * max(alike)] = 0.0
+            largest[units[column]] = max(largest[units[column]], float(np.abs(values).max()))
+        for column, values in amplitudes.items():
+            values[np.abs(values) < ROUND_OFF * largest[units[column]]] = 0.0
         return MotorResponse(
-            name, motor.rotor.frequency, np.array(taken), np.array(forces), amplitudes,
+            name, motor.rotor.frequency, np.array(computed), np.array(forces), amplitudes,
             units, np.array(changes),
         )  # fmt: skip
 
@@ -366,11 +372,11 @@ class Preloaded:
             c: PROBE_UNITS[p.kind] for p in probes for c in probe_columns(p.name, p.kind, axes)
         }
 
-    def _amplitudes(self, of: SmallVibrations, motion: np.ndarray) -> dict[str, complex]:
+    def _amplitudes(self, vibrations: SmallVibrations, motion: np.ndarray) -> dict[str, complex]:
         """Return the amplitudes of bodies and of probes of places, by column, SI."""
-        of_nodes, of_bodies = of.displaced(motion)
+        of_nodes, of_bodies = vibrations.displaced(motion)
         axes = "xyz"[: self.model.dimension]
-        found = {
+        amplitudes = {
             f"{body.name}_{axis}": complex(of_bodies[number, k])
             for number, body in enumerate(self.model.rigid_bodies)
             for k, axis in enumerate(axes)
@@ -380,11 +386,12 @@ class Preloaded:
             if probe.kind == "reaction":
                 continue
             names = probe_columns(probe.name, probe.kind, axes)
-            if found.keys() & set(names):
+            if amplitudes.keys() & set(names):
                 raise ModesError(f"a probe and a rigid body are both named '{probe.name}'")
-            parts = [self._rate(probe, of.at.x, part) for part in (of_nodes.real, of_nodes.imag)]
-            found |= dict(zip(names, (parts[0] + 1j * parts[1]).tolist(), strict=True))
-        return found
+            x = vibrations.at.x
+            values = self._rate(probe, x, of_nodes.real) + 1j * self._rate(probe, x, of_nodes.imag)
+            amplitudes |= dict(zip(names, values.tolist(), strict=True))
+        return amplitudes
 
     def _rate(self, probe: Probe, x: np.ndarray, along: np.ndarray) -> np.ndarray:
         """Return the derivative (columns,) of a probe with the nodes at x along (n, d)."""

@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softsim.builder import build_model
-from softsim.errors import SimulationError, StabilityError
+from softsim.errors import SceneError, SimulationError, StabilityError
 from softsim.model import Model
 from softsim.output.observation import Observer
 from softsim.scene.loading import Loaded, keys_at, overridden, validated_as
 from softsim.scene.measures import WITHOUT_DERIVATIVE
 from softsim.scene.quantities import Spec
 from softsim.scene.schema import Scene
-from softsim.scene.text import Option, place_in
+from softsim.scene.text import Origin, nearest, place_in
 from softsim.solver.energy import EnergyBalance, EnergyReader
 from softsim.solver.explicit import ExplicitSolver
 from softsim.statics.forces import TRIAL_DURATION, Configuration, StaticForces
@@ -76,19 +76,22 @@ class Parameter:
     unit: str
 
     @classmethod
-    def at(cls, loaded: Loaded[Scene], path: str) -> "Parameter":
-        """Return the parameter at a path. Raises SceneError if there is no such key."""
-        origin = Option(f"parameter {path}")
+    def at(cls, loaded: Loaded[Scene], path: str, origin: Origin) -> "Parameter":
+        """Return the parameter at a path, which is written at `origin`.
+
+        Raises SceneError if there is no such key, or no number that can vary.
+        """
         keys = keys_at(loaded.tree, path, origin, type(loaded.scene))
         place = place_in(type(loaded.scene), loaded.tree, keys)
         value: Any = loaded.scene
         for key in keys:
             value = getattr(value, str(key)) if isinstance(value, Spec) else value[key]
         if place is None or place.is_whole or not isinstance(value, float) or value == 0.0:
-            raise SimulationError(
+            raise SceneError(
                 f"{path} is {value!r}: a derivative needs a number that can vary, other than zero",
-                hint="parameters are paths of the scene with a number or a quantity, such as "
+                "parameters are paths of the scene with a number or a quantity, such as "
                 "materials.rubber.C10; set it in the scene if it has no value there",
+                origin,
             )
         return cls(loaded, path, value, "" if place.quantity is None else place.quantity.unit)
 
@@ -108,6 +111,15 @@ class Parameter:
         return build_model(validated_as(type(loaded.scene), tree, loaded.path))
 
 
+def asked_parameters(loaded: Loaded[Scene]) -> list[Parameter]:
+    """Return the parameters of the derivatives that a scene asks for. Raises SceneError."""
+    asked, keys = loaded.scene.output.derivatives, ("output", "derivatives", "parameters")
+    return [
+        Parameter.at(loaded, path, nearest(loaded.tree, (*keys, number))[0].origin)
+        for number, path in enumerate(asked.parameters if asked else ())
+    ]
+
+
 @dataclass(frozen=True, eq=False)
 class Evaluation:
     """Residual (size,) [N] and row of the history of a model at a configuration."""
@@ -116,21 +128,20 @@ class Evaluation:
     row: dict[str, float]
 
 
-def derivatives(run: "StaticRun", paths: Sequence[str]) -> dict[str, dict[str, float]]:
+def derivatives(run: "StaticRun", parameters: Sequence[Parameter]) -> dict[str, dict[str, float]]:
     """Return path -> column of the history -> derivative, SI, at the last equilibrium of a run.
 
     Columns without a derivative are left out.
 
     Raises
     ------
-    SceneError: no such key. SimulationError: no equilibrium yet; a key without a number; a mesh
-    that changes its elements; a state that depends on its path. StabilityError: K is singular.
+    SimulationError: no equilibrium yet; a mesh that changes its elements; a state that depends on
+    its path. StabilityError: K is singular.
     """
     if run.scenario.time <= run.model.start_time:
         raise SimulationError(
             "no equilibrium has been found yet", hint="advance the simulation by step()"
         )
-    parameters = [Parameter.at(run.files.loaded, path) for path in paths]
     at, solver = run.forces.start, run.scenario.solver
     of_newton = dict(vars(run.newton))  # its factors, so that the next iterations are the same
     with np.errstate(over="ignore", invalid="ignore"), solver.lent():

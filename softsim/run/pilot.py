@@ -98,10 +98,10 @@ def predicted_duration(
     with tempfile.TemporaryDirectory() as folder:
         target = RunFolder(Path(folder))
         with compiling(console):
-            pilot, started_in = _first_increment(loaded, pilot_model, target, choice)
+            pilot, started_in = _compiled(loaded, pilot_model, target, choice)
         if started_in > COLD_START:
             pilot.close()
-            pilot, started_in = _first_increment(loaded, pilot_model, target, choice)
+            pilot, started_in = _compiled(loaded, pilot_model, target, choice)
         began = time.perf_counter()
         pilot.runs[0].checkpoint()
         checkpoint = time.perf_counter() - began
@@ -156,12 +156,12 @@ def extrapolated(marks: list[Mark], end: float) -> tuple[float, float, float]:
     )
 
 
-def _first_increment(
+def _compiled(
     loaded: LoadedScene, model: Model, target: RunFolder, choice: Choice
 ) -> tuple[Batch, float]:
-    """Return the trial run after one increment, which compiles, and its wall time [s].
+    """Return the trial run with its kernels compiled, and the wall time that this took [s].
 
-    A run by load steps has compiled before its first one.
+    The first increment compiles them; a run by load steps has compiled before its first step.
     """
     began = time.perf_counter()
     files = RunFiles(loaded, model, target, SILENT)

@@ -16,7 +16,7 @@ import numpy as np
 
 from softsim.compute import backend
 from softsim.compute.machine import AUTO, choose
-from softsim.errors import Interrupted, SimulationError, SoftsimError
+from softsim.errors import Interrupted, Option, SimulationError, SoftsimError
 from softsim.interruption import stop_signals
 from softsim.loads import profile
 from softsim.loads.load import Load
@@ -28,7 +28,7 @@ from softsim.output.folder import Checkpoint
 from softsim.output.observation import Pose, frame_pose, wall_forces
 from softsim.run.batch import Batch
 from softsim.run.course import OpenLoop
-from softsim.run.gradient import derivatives
+from softsim.run.gradient import Parameter, derivatives
 from softsim.run.record import MemoryRecord
 from softsim.run.scenes import ready_model
 from softsim.run.statics import StaticRun
@@ -326,10 +326,10 @@ class Simulation:
         SimulationError
             It is no static simulation by Newton's method, or has no equilibrium yet; loads were set
             by `set_load`; the column has no derivative (a count, an error, a sum over the load
-            steps); a parameter is no number, or is zero; a dimension changes the number of
-            elements; the state depends on the path of the loads, as with friction.
+            steps); a dimension changes the number of elements; the state depends on the path of
+            the loads, as with friction.
         SceneError
-            The scene has no such path.
+            The scene has no such path, or its value is no number, or is zero.
         StabilityError
             The tangent stiffness is singular, as at a limit point.
 
@@ -368,7 +368,9 @@ class Simulation:
                 "gradient() needs the loads of the scene, and set_load() has replaced one",
                 hint="give its value in the scene, or as an override",
             )
-        found = derivatives(run, parameters)
+        found = derivatives(
+            run, [Parameter.at(run.files.loaded, p, Option(f"parameter {p}")) for p in parameters]
+        )
         return {path: of_columns[output] for path, of_columns in found.items()}
 
     # --- what is commanded -----------------------------------------------------------------------

@@ -6,7 +6,7 @@ import numpy as np
 
 from softsim.errors import StabilityError
 from softsim.run.course import INSPECTIONS, KERNEL, Run
-from softsim.run.gradient import Parameter, derivatives
+from softsim.run.gradient import asked_parameters, derivatives
 from softsim.solver.energy import Energies
 from softsim.solver.guards import refuse_broken_elements
 from softsim.statics.arc_length import ArcSteps
@@ -29,9 +29,7 @@ class StaticRun(Run):
         self.newton = Newton(self.forces, self.model.relaxation.tolerance)
         self.steps = LoadSteps(self.newton)
         self.worst_share = 0.0
-        if self.output.derivatives is not None:
-            for path in self.output.derivatives.parameters:
-                Parameter.at(self.files.loaded, path)  # refused now, not after the first equilibria
+        self.parameters = asked_parameters(self.files.loaded)
 
     @property
     def iterations(self) -> list[int]:
@@ -39,23 +37,21 @@ class StaticRun(Run):
         return self.steps.iterations
 
     def _advance(self) -> Equilibrium:
-        return self.steps.advance(self._next_due(), self._see)
+        return self.steps.advance(self._next_due(), self._report)
 
     def next_block(self) -> int:
         """Find the next equilibrium; return 0, as no increment is left to compute."""
         begin = self.scenario.time
         with self.clock.spending_on(KERNEL), np.errstate(over="ignore", invalid="ignore"):
             try:
-                found = self._advance()
+                equilibrium = self._advance()
             except NoEquilibriumError as error:
                 raise self._at_limit(error, begin) from None
             except StabilityError:
                 self.files.write_failed_frame(self.scenario)
                 raise
-        self.worst_share = max(self.worst_share, found.unbalanced_share)
+        self.worst_share = max(self.worst_share, equilibrium.unbalanced_share)
         self.progress.time_increment = self.scenario.time - begin
-        with self._failed_frame_kept():
-            refuse_broken_elements(self.model, self.scenario.positions(), self.scenario.time)
         self.reader.update()
         return 0
 
@@ -72,7 +68,7 @@ class StaticRun(Run):
         found = [f"{name} at {1e-3 * value:.4g} kPa" for name, value in values.items()]
         return f", with {', '.join(found)}" if found else ""
 
-    def _see(self, iteration: int, share: float) -> None:
+    def _report(self, iteration: int, share: float) -> None:
         step = len(self.iterations) + 1
         self.show(f"load step {step}, iteration {iteration}, unbalanced {share:.1e}")
 
@@ -112,9 +108,8 @@ class StaticRun(Run):
         has_new_row = self.row_is_due
         super().write_due()
         if has_new_row and self._needs_derivatives():
-            assert self.output.derivatives is not None
-            found = derivatives(self, self.output.derivatives.parameters)
-            self.progress.derivatives.append({"time": self.scenario.time, "of": found})
+            of_columns = derivatives(self, self.parameters)
+            self.progress.derivatives.append({"time": self.scenario.time, "of": of_columns})
 
     def _needs_derivatives(self) -> bool:
         """Return True if the row just written is the last up to a time at which they are asked."""
@@ -173,13 +168,14 @@ class PathRun(StaticRun):
 
     def _advance(self) -> Equilibrium:
         passed, pressures = len(self.path.limit_points), self._pressures()
-        found = self.path.advance(self._see)
+        equilibrium = self.path.advance(self._report)
+        refuse_broken_elements(self.model, equilibrium.at.x, self.scenario.time)
         for point in self.path.limit_points[passed:]:
             kind = "largest" if point.is_largest else "smallest"
             self.files.tell(
                 f"limit point: the load is {kind} near t = {point.load_time:.6g} s{pressures}"
             )
-        return found
+        return equilibrium
 
     def _increments_to(self, due: float) -> int:
         return 0  # every equilibrium is a row and a frame

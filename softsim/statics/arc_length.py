@@ -10,7 +10,6 @@ so that it stays in the plane that is normal to the first dq_0. At a limit point
 and dt changes its sign. The distance rho follows from the number of iterations of the last step.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +22,7 @@ from softsim.statics.newton import (
     Iteration,
     Newton,
     NoEquilibriumError,
+    OnIteration,
 )
 
 FIRST_STEP = 1.0 / 50.0
@@ -72,7 +72,7 @@ class ArcSteps:
         begin = self.end - self.duration
         return bool(self.iterations) and not begin < self.forces.time < self.end
 
-    def advance(self, see: Callable[[int, float], None] = lambda k, share: None) -> Equilibrium:
+    def advance(self, on_iteration: OnIteration = lambda k, share: None) -> Equilibrium:
         """Find and accept the next equilibrium on the path.
 
         Raises NoEquilibriumError if there is none at the smallest distance.
@@ -86,7 +86,7 @@ class ArcSteps:
         ahead = 1.0 if self._along is None or self._along @ tangent > 0.0 else -1.0
         while True:
             try:
-                found, time = self._tried(begin, start, ahead * tangent, ahead, see)
+                equilibrium, time = self._tried(begin, start, ahead * tangent, ahead, on_iteration)
                 break
             except NoEquilibriumError:
                 self.forces.time = begin
@@ -95,14 +95,14 @@ class ArcSteps:
                     raise
         self.forces.time = time
         self._note_limit(begin, time)
-        self._along = self.forces.difference(start, found.at)
-        self.forces.accept(found.at, abs(time - begin))
-        count = max(1, len(found.iterations))
+        self._along = self.forces.difference(start, equilibrium.at)
+        self.forces.accept(equilibrium.at, abs(time - begin))
+        count = max(1, len(equilibrium.iterations))
         self.iterations.append(count)
         self._distance = min(
             self._distance * np.sqrt(USUAL_ITERATIONS / count), LARGEST_DISTANCE * self._first
         )
-        return found
+        return equilibrium
 
     def _note_limit(self, begin: float, time: float) -> None:
         rate = np.sign(time - begin)
@@ -131,7 +131,7 @@ class ArcSteps:
         start: Configuration,
         tangent: np.ndarray,
         ahead: float,
-        see: Callable[[int, float], None],
+        on_iteration: OnIteration,
     ) -> tuple[Equilibrium, float]:
         """Return the equilibrium at the present distance along the tangent, and its load time."""
         newton, forces = self.newton, self.forces
@@ -140,14 +140,14 @@ class ArcSteps:
         at, iterations = forces.moved(start, first), list[Iteration]()
         if time > self.end:
             forces.time = self.end
-            share_of_step = (self.end - begin) / (time - begin)
-            return newton.find(forces.moved(start, share_of_step * first), see), self.end
+            guess = forces.moved(start, (self.end - begin) / (time - begin) * first)
+            return newton.find(guess, on_iteration), self.end
         while True:
             forces.time = time
             residual, share = newton.unbalanced(at)
             if share <= SOUGHT_OVER_REQUIRED * newton.tolerance:
                 return Equilibrium(at, share, iterations), time
-            see(len(iterations), share)
+            on_iteration(len(iterations), share)
             if len(iterations) == MOST_ITERATIONS or not share < 1.0:
                 raise NoEquilibriumError(
                     f"no equilibrium was found beyond t = {begin:.6g} s of the loads: the "

@@ -165,8 +165,8 @@ class StaticForces:
             * (self.pressure_scale / load.source.stiffness(load.volume(self.start.x)))
             for load, term in self.chambers.items()
         ]
-        found = [force[self.is_free], on_bodies, torques[self.free_turns], missing]
-        unbalanced: np.ndarray = np.concatenate(found) - self.withheld
+        parts = [force[self.is_free], on_bodies, torques[self.free_turns], missing]
+        unbalanced: np.ndarray = np.concatenate(parts) - self.withheld
         return unbalanced
 
     def resisting(self, at: Configuration, step: np.ndarray) -> np.ndarray:
@@ -219,15 +219,15 @@ class StaticForces:
     def _path_fields(self) -> dict[str, ti.Field]:
         """State fields that remember the path: of contact, tethers and ends of cables."""
         owners = ("contacts/", "self_contacts/", "loads/", "structures/")
-        found = {
+        of_terms = {
             name: field
             for name, field in self.solver.terms.state_fields().items()
             if name.startswith(owners) and name.rsplit("/", 1)[1] not in RECOMPUTED
         }
-        if not found:
+        if not of_terms:
             return {}
         slots = zip("xyz", self.nodes.corner_forces.component, strict=False)
-        return found | {f"nodes/corner_forces_{axis}": field for axis, field in slots}
+        return of_terms | {f"nodes/corner_forces_{axis}": field for axis, field in slots}
 
     # --- accepted states -------------------------------------------------------------------------
 

@@ -144,23 +144,23 @@ class LoadedModes(NaturalModes):
         """Modes with negative omega^2, along which the equilibrium is unstable."""
         return [mode for mode in self.loaded if mode.square < 0.0]
 
-    def remarks(self) -> list[str]:
-        """Return sentences on what the modes assume."""
-        found = [self.contact.in_words()]
+    def warnings(self) -> list[str]:
+        """Return sentences on a stiffness that is not symmetric and on unstable modes."""
+        sentences = []
         if self.asymmetry > SYMMETRIC:
-            found.append(
+            sentences.append(
                 f"the stiffness is not symmetric: its antisymmetric part is {self.asymmetry:.1g} "
                 "of it, from pressure on an open surface or from sliding friction; the modes are "
                 "those of the symmetric part"
             )
         if self.unstable:
             count = len(self.unstable)
-            found.append(
+            sentences.append(
                 f"the equilibrium is unstable: {count} mode{'s' if count > 1 else ''} with "
                 "negative stiffness, beyond a buckling load or a limit point; the frequency given "
                 "is minus the rate of growth over 2 pi"
             )
-        return found
+        return sentences
 
 
 class SmallVibrations:
@@ -294,7 +294,7 @@ class SmallVibrations:
     def viscous(self) -> list[Any]:
         """Terms of elements whose material has Maxwell branches."""
         elements: list[Any] = list(self.forces.solver.terms.elements)
-        return [one for one in elements if one.points.branch_count]
+        return [term for term in elements if term.points.branch_count]
 
     @contextmanager
     def frozen(self, elements: Any) -> Iterator[None]:
@@ -308,14 +308,14 @@ class SmallVibrations:
 
     def branch_stiffnesses(self) -> list[sp.csc_matrix]:
         """Return K_b [N/m] of the branches of each term, symmetric and bordered as `bordered`."""
-        found = []
+        stiffnesses = []
         for elements in self.viscous:
             with self.vibrating(), self.frozen(elements):
                 stiffer = self.tangent.at(self.at).matrix - self.stiffness.matrix
             inner = stiffer[: self.size, : self.size]
             border = sp.csc_matrix((self.border, self.border))
-            found.append(sp.block_diag([0.5 * (inner + inner.T), border]).tocsc())
-        return found
+            stiffnesses.append(sp.block_diag([0.5 * (inner + inner.T), border]).tocsc())
+        return stiffnesses
 
     def branch_energies(self, motions: np.ndarray) -> np.ndarray:
         """Return phi K_b phi (modes, terms) [1/s^2] of the branches of each term.
@@ -323,23 +323,23 @@ class SmallVibrations:
         motions (modes, u): phi, of unit modal mass.
         """
         padded = np.pad(motions, ((0, 0), (0, self.forces.counts[3])))
-        found = np.zeros((len(motions), len(self.viscous)))
+        energies = np.zeros((len(motions), len(self.viscous)))
         with self.vibrating():
             relaxed = [self.product(phi) for phi in padded] if self.viscous else []
             for column, elements in enumerate(self.viscous):
                 with self.frozen(elements):
                     for row, phi in enumerate(padded):
-                        found[row, column] = phi @ (self.product(phi) - relaxed[row])
-        return found
+                        energies[row, column] = phi @ (self.product(phi) - relaxed[row])
+        return energies
 
     def growth(self, frequency: float) -> np.ndarray:
         """Return g_b (terms,) [-]: the modulus of the branches of each term over the sudden one."""
-        found = []
+        growth = []
         for elements in self.viscous:
             moduli = fields.read(elements.points.branch_modulus)
             times = np.asarray(elements.points.relaxation.times)
-            found.append(branch_moduli(np.array([frequency]), times)[0] @ moduli / moduli.sum())
-        return np.array(found, dtype=complex)
+            growth.append(branch_moduli(np.array([frequency]), times)[0] @ moduli / moduli.sum())
+        return np.array(growth, dtype=complex)
 
     # --- modes -----------------------------------------------------------------------------------
 
@@ -454,7 +454,7 @@ class SmallVibrations:
         return np.square(momenta) / whole
 
 
-def lines_of(found: Sequence[LoadedModes]) -> list[np.ndarray]:
+def lines_of(equilibria: Sequence[LoadedModes]) -> list[np.ndarray]:
     """Return for each of several equilibria the number of the line (modes,) that a mode belongs to.
 
     Lines join the modes of neighbouring equilibria whose motions overlap most. A mode that overlaps
@@ -463,7 +463,7 @@ def lines_of(found: Sequence[LoadedModes]) -> list[np.ndarray]:
     lines: list[np.ndarray] = []
     last: dict[int, np.ndarray] = {}
     count = 0
-    for modes in found:
+    for modes in equilibria:
         motions = [mode.motion for mode in modes.loaded]
         names = list(last)
         overlap = np.abs(np.array([[m @ last[line] for line in names] for m in motions]))
@@ -481,14 +481,14 @@ def lines_of(found: Sequence[LoadedModes]) -> list[np.ndarray]:
 
 
 def zero_crossings(
-    values: Sequence[float], found: Sequence[LoadedModes], lines: Sequence[np.ndarray]
+    values: Sequence[float], equilibria: Sequence[LoadedModes], lines: Sequence[np.ndarray]
 ) -> list[float]:
     """Return the load values at which a frequency goes through zero, where the model buckles.
 
     omega^2 is interpolated linearly between two equilibria.
     """
     squares: dict[int, list[tuple[float, float]]] = {}
-    for value, modes, numbers in zip(values, found, lines, strict=True):
+    for value, modes, numbers in zip(values, equilibria, lines, strict=True):
         for mode, line in zip(modes.loaded, numbers.tolist(), strict=True):
             squares.setdefault(line, []).append((value, mode.square))
     return sorted(
@@ -528,7 +528,7 @@ def contact_state(forces: StaticForces, friction: Friction) -> ContactState:
 
 def contact_points(forces: StaticForces) -> tuple[np.ndarray, np.ndarray]:
     """Return which points (p,) touch, and which are at their friction limit, at the last state."""
-    found = [(np.zeros(0, dtype=bool), np.zeros(0, dtype=bool))]
+    states = [(np.zeros(0, dtype=bool), np.zeros(0, dtype=bool))]
     for contact in [*forces.solver.terms.contacts, *forces.solver.terms.self_contacts]:
         rubbing = np.linalg.norm(fields.read(contact.friction)[0], axis=-1)
         if isinstance(contact, SurfaceContact):
@@ -543,8 +543,8 @@ def contact_points(forces: StaticForces) -> tuple[np.ndarray, np.ndarray]:
         at_limit = touches & (most > 0.0) & (rubbing >= AT_LIMIT * most)
         if touches.ndim == 2:  # surfaces of a wall
             touches, at_limit = touches.any(axis=1), at_limit.any(axis=1)
-        found.append((touches, at_limit))
-    touching, limited = zip(*found, strict=True)
+        states.append((touches, at_limit))
+    touching, limited = zip(*states, strict=True)
     return np.concatenate(touching), np.concatenate(limited)
 
 

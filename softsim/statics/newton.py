@@ -62,6 +62,10 @@ SHORTEST_STEP = 2.0**-12
 """Shortest load step over the one that is asked for, below which the run stops."""
 
 
+OnIteration = Callable[[int, float], None]
+"""Function called before each iteration with its number and the unbalanced share."""
+
+
 class NoEquilibriumError(StabilityError):
     """Newton's method did not converge at a load time."""
 
@@ -128,11 +132,9 @@ class Newton:
         return float(np.linalg.norm(forces.resisting(start, step))) / ROUNDED_OVER_EPSILON
 
     def find(
-        self, guess: Configuration, see: Callable[[int, float], None] = lambda k, share: None
+        self, guess: Configuration, on_iteration: OnIteration = lambda k, share: None
     ) -> Equilibrium:
         """Return the equilibrium at the load time of the forces, from a guess.
-
-        see: called before each iteration with its number and the unbalanced share.
 
         Raises NoEquilibriumError.
         """
@@ -140,23 +142,23 @@ class Newton:
         iterations: list[Iteration] = []
         residual, share = self.unbalanced(at)
         while not share <= SOUGHT_OVER_REQUIRED * self.tolerance:
-            see(len(iterations), share)
+            on_iteration(len(iterations), share)
             if len(iterations) == MOST_ITERATIONS and share <= self.tolerance:
                 break
             if len(iterations) == MOST_ITERATIONS or not np.isfinite(share):
                 self._refuse(share)
             step, krylov = self.step(at, residual, share)
-            found = self._searched(at, step, residual)
-            if found is None and self._is_old(at):
+            closer = self._searched(at, step, residual)
+            if closer is None and self._is_old(at):
                 self.renew(at)
                 continue
-            if found is None:
+            if closer is None:
                 if share <= self.tolerance:
                     break
                 self._refuse(share)
-            assert found is not None
-            is_slow = found[2] > SLOW_CONVERGENCE * share
-            at, residual, share, fraction = found
+            assert closer is not None
+            is_slow = closer[2] > SLOW_CONVERGENCE * share
+            at, residual, share, fraction = closer
             iterations.append(Iteration(share, krylov, fraction))
             if is_slow and share <= self.tolerance:
                 break
@@ -258,18 +260,18 @@ class Newton:
         assert self.factors is not None
         count, size = 0, (self.forces.size, self.forces.size)
 
-        def see(_: float) -> None:
+        def count_iteration(_: float) -> None:
             nonlocal count
             count += 1
 
         # Preconditioned on the right, so that GMRES measures the true residual.
         inverse = self.factors.solve
         operator = LinearOperator(size, lambda v: self.product(at, inverse(v)), dtype=float)
-        found, failed = gmres(
-            operator, force, rtol=accuracy, restart=MOST_KRYLOV, maxiter=1, callback=see,
-            callback_type="pr_norm",
+        preconditioned, failed = gmres(
+            operator, force, rtol=accuracy, restart=MOST_KRYLOV, maxiter=1,
+            callback=count_iteration, callback_type="pr_norm",
         )  # fmt: skip
-        return inverse(found), count, failed == 0
+        return inverse(preconditioned), count, failed == 0
 
     def _searched(
         self, at: Configuration, step: np.ndarray, residual: np.ndarray
@@ -285,12 +287,12 @@ class Newton:
         length, fraction = float(np.linalg.norm(self.factors.solve(residual))), 1.0
         for _ in range(MOST_HALVINGS + 1):
             tried = self.forces.moved(at, fraction * step)
-            found, share = self.unbalanced(tried)
+            unbalanced, share = self.unbalanced(tried)
             next_length = (
-                np.linalg.norm(self.factors.solve(found)) if np.isfinite(share) else np.inf
+                np.linalg.norm(self.factors.solve(unbalanced)) if np.isfinite(share) else np.inf
             )
             if next_length < (1.0 - 0.1 * fraction) * length:
-                return tried, found, share, fraction
+                return tried, unbalanced, share, fraction
             fraction *= 0.5
         return None
 
@@ -312,7 +314,7 @@ class LoadSteps:
         self._last: list[tuple[float, np.ndarray]] = []
 
     def advance(
-        self, until: float, see: Callable[[int, float], None] = lambda k, share: None
+        self, until: float, on_iteration: OnIteration = lambda k, share: None
     ) -> Equilibrium:
         """Find and accept the next equilibrium, at a load time of at most `until` [s].
 
@@ -320,7 +322,7 @@ class LoadSteps:
         element is turned over or overstretched there, or if nothing holds the model.
         """
         if not self.iterations:
-            self._balance_start(see)
+            self._balance_start(on_iteration)
         begin = self.forces.time
         asked = until - begin
         while True:
@@ -328,7 +330,7 @@ class LoadSteps:
             if asked < step * (1.0 + 1e-6) or asked - step < 1e-9 * abs(until):
                 step = asked
             try:
-                found = self._tried(begin, step, see)
+                equilibrium = self._tried(begin, step, on_iteration)
             except LooseError:
                 raise
             except StabilityError:
@@ -337,12 +339,12 @@ class LoadSteps:
                     raise
                 self._allowed = 0.5 * step
                 continue
-            self.iterations.append(len(found.iterations))
-            if len(found.iterations) < MOST_ITERATIONS // 2:
+            self.iterations.append(len(equilibrium.iterations))
+            if len(equilibrium.iterations) < MOST_ITERATIONS // 2:
                 self._allowed *= 2.0
-            return found
+            return equilibrium
 
-    def _balance_start(self, see: Callable[[int, float], None]) -> None:
+    def _balance_start(self, on_iteration: OnIteration) -> None:
         """Apply the loads that act from the start on, such as the weight, step by step.
 
         The unbalanced force of the start is withheld in part: R(q) - (1 - s) R_0 = 0, from s = 0
@@ -354,7 +356,7 @@ class LoadSteps:
         while share > ROUND_OFF and applied < 1.0:
             forces.withheld = (1.0 - min(1.0, applied + step)) * unbalanced
             try:
-                found = newton.find(forces.start, see)
+                equilibrium = newton.find(forces.start, on_iteration)
             except NoEquilibriumError:
                 step *= 0.5
                 if step < SHORTEST_STEP:
@@ -362,7 +364,7 @@ class LoadSteps:
                 continue
             finally:
                 forces.withheld = np.zeros(forces.size)
-            forces.accept(found.at, 0.0)
+            forces.accept(equilibrium.at, 0.0)
             applied, step = min(1.0, applied + step), 2.0 * step
 
     def _best_guess(self, still: Configuration, step: float) -> Configuration:
@@ -391,8 +393,8 @@ class LoadSteps:
         """
         forces, newton = self.forces, self.newton
         start = forces.start
-        way = float(np.abs(still.x - start.x).max(initial=0.0))
-        if way == 0.0 or not np.array_equal(still.turns, start.turns):
+        prescribed_motion = float(np.abs(still.x - start.x).max(initial=0.0))
+        if prescribed_motion == 0.0 or not np.array_equal(still.turns, start.turns):
             return []
         if newton.factors is None:
             try:
@@ -400,7 +402,7 @@ class LoadSteps:
             except LooseError:  # the motion may close the contact that holds the model
                 return []
         assert newton.factors is not None
-        part = min(1.0, PRESCRIBED_PART * float(newton.tangent.steps.min()) / way)
+        part = min(1.0, PRESCRIBED_PART * float(newton.tangent.steps.min()) / prescribed_motion)
         nearby = replace(
             start,
             x=start.x + part * (still.x - start.x),
@@ -409,15 +411,16 @@ class LoadSteps:
         change = (forces.residual(nearby) - forces.residual(start)) / part
         return [forces.moved(still, newton.factors.solve(change))]
 
-    def _tried(self, begin: float, step: float, see: Callable[[int, float], None]) -> Equilibrium:
+    def _tried(self, begin: float, step: float, on_iteration: OnIteration) -> Equilibrium:
         forces = self.forces
         before = forces.start
         guess = self._best_guess(forces.steer(begin + step), step)
-        found = self.newton.find(guess, see)
-        refuse_broken_elements(forces.model, found.at.x, forces.time)  # the step is halved
-        forces.accept(found.at, step)
-        self._last = [*self._last[-1:], (step, forces.difference(before, found.at))]
+        equilibrium = self.newton.find(guess, on_iteration)
+        at = equilibrium.at
+        refuse_broken_elements(forces.model, at.x, forces.time)  # the step is halved
+        forces.accept(at, step)
+        self._last = [*self._last[-1:], (step, forces.difference(before, at))]
         mean, count = self.newton.mean_force, len(self.iterations)
         now = max(forces.inner_force(), self.newton.least_force)
         self.newton.mean_force = (count * mean + now) / (count + 1)
-        return found
+        return equilibrium

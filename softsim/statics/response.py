@@ -37,20 +37,20 @@ class HarmonicResponse:
 
     def motion(self, frequency: float, force: np.ndarray) -> np.ndarray:
         """Return u (u,) [m] under a force (u,) [N] of a frequency [Hz]."""
-        of, omega = self.vibrations, 2.0 * np.pi * frequency
-        dynamic = of.bordered - omega**2 * of.inertia
-        for growth, branch in zip(of.growth(frequency), self.branches, strict=True):
+        vibrations, omega = self.vibrations, 2.0 * np.pi * frequency
+        dynamic = vibrations.bordered - omega**2 * vibrations.inertia
+        for growth, branch in zip(vibrations.growth(frequency), self.branches, strict=True):
             dynamic = dynamic + growth * branch
         lu = splu(dynamic.astype(complex).tocsc(), permc_spec="MMD_AT_PLUS_A")
-        found: np.ndarray = lu.solve(np.pad(force.astype(complex), (0, of.border)))[: of.size]
-        return found
+        bordered = lu.solve(np.pad(force.astype(complex), (0, vibrations.border)))
+        motion: np.ndarray = bordered[: vibrations.size]
+        return motion
 
-    def force_of(self, motor: Rotor, frequency: float) -> np.ndarray:
-        """Return the force (u,) [N] of a motor that runs at a frequency [Hz] at full speed.
+    def force_of(self, motor: Rotor, rotor: RotorForce) -> np.ndarray:
+        """Return the force (u,) [N] of a motor; rotor: as `at_full_speed` returns it.
 
         omega t is the angle of an eccentric mass, or the phase of a sinusoidal force.
         """
-        rotor = at_full_speed(motor, frequency)
         force, turn, d = rotor.sine.astype(complex), np.eye(3), len(rotor.sine)
         if isinstance(motor, CarriedRotor):  # an eccentric mass, which turns with the body
             force = rotor.cosine - 1j * rotor.sine
@@ -66,18 +66,19 @@ class HarmonicResponse:
 
         Above zero the amplitude is not small. Points that slide freely do not begin to slip.
         """
-        of, forces, found = self.vibrations, self.forces, 0
+        vibrations, forces, most = self.vibrations, self.forces, 0
         padded = np.pad(motion, (0, forces.counts[3]))
-        with of.vibrating() if of.friction == "slip" else nullcontext():
-            forces.residual(of.at)
+        with vibrations.vibrating() if vibrations.friction == "slip" else nullcontext():
+            forces.residual(vibrations.at)
             touching, slipping = contact_points(forces)
             for angle in 2.0 * np.pi * np.arange(PHASES) / PHASES:
-                forces.residual(forces.moved(of.at, (padded * np.exp(1j * angle)).real))
+                moved = forces.moved(vibrations.at, (padded * np.exp(1j * angle)).real)
+                forces.residual(moved)
                 touches, slips = contact_points(forces)
                 changed = (touches != touching) | (touches & slips & ~slipping)
-                found = max(found, int(changed.sum()))
-        forces.residual(of.at)
-        return found
+                most = max(most, int(changed.sum()))
+        forces.residual(vibrations.at)
+        return most
 
 
 def at_full_speed(motor: Rotor, frequency: float) -> RotorForce:

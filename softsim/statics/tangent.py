@@ -79,13 +79,13 @@ class Tangent:
         """Return the tangent stiffness at a configuration."""
         forces = self.forces
         forces.residual(where)
-        self._see_contact()
+        self._follow_contact()
         n, d = where.x.shape
         values = np.empty((len(self.rows), d, d))
         for number, (start, end) in enumerate(pairwise(self.starts)):
-            alike, inside = self.colour == number, slice(start, end)
+            is_moved, inside = self.colour == number, slice(start, end)
             for axis in range(d):
-                resisted = self._resisted(where, alike, axis)
+                resisted = self._resisted(where, is_moved, axis)
                 step = self.steps[self.columns[inside], None]
                 values[inside, :, axis] = resisted[self.rows[inside]] / step
         of_rows, of_columns = np.broadcast_arrays(
@@ -100,12 +100,12 @@ class Tangent:
             cable.stiffness * self._stretching(where, elongation, vector)
             for (cable, elongation), vector in zip(self.cables, vectors, strict=True)
         ]
-        found = Stiffness(
+        stiffness = Stiffness(
             matrix, np.array(vectors).reshape(-1, forces.size), np.array(stiffnesses),
             np.zeros((0, forces.size)), 0.0, forces.counts[3],
         )  # fmt: skip
-        loose = loose_motions(forces, where, found)
-        return replace(found, loose=loose, hold=float(abs(matrix.diagonal()).mean()))
+        loose = loose_motions(forces, where, stiffness)
+        return replace(stiffness, loose=loose, hold=float(abs(matrix.diagonal()).mean()))
 
     def _resisted(self, where: Configuration, moved: np.ndarray, axis: int) -> np.ndarray:
         """Return the forces (n, d) [N] that resist a step of the nodes of a colour along an axis.
@@ -125,7 +125,7 @@ class Tangent:
             resisted -= 0.5 * (e_1 - e_0) * self.model.ties.handed_over(gradient)
         return resisted
 
-    def _see_contact(self) -> None:
+    def _follow_contact(self) -> None:
         """Renew the pattern if the pairs of points and facets in contact have changed."""
         contacts, data = self.forces.solver.terms.self_contacts, self.model.self_contact
         if data is None:
@@ -338,9 +338,9 @@ def fixed_pairs(model: Model) -> sp.csr_matrix:
     for body in model.bodies:
         for region in body.regions:
             everything = np.ones(len(body.points), dtype=bool)
-            found = coupled_pairs(region, model.ties.within(slice(0, 0)), everything)
+            coupled = coupled_pairs(region, model.ties.within(slice(0, 0)), everything)
             shift = body.first_node
-            entries = (found.data, (found.row + shift, found.col + shift))
+            entries = (coupled.data, (coupled.row + shift, coupled.col + shift))
             pairs = pairs + sp.csr_matrix(entries, shape=(n, n))
     for structure in model.all_structures:
         for bound in structure.stiffness_bound(model.points):

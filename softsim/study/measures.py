@@ -70,9 +70,9 @@ class MeasureColumn(StudyAxis):
             return found
         return float(found) / self.size
 
-    def derivative(self, summary: Mapping[str, Any], history: History) -> dict[str, float]:
-        """Return path of the scene -> derivative [unit/SI]. Raises SceneError if it has none."""
-        raise SceneError(f"{self.name} has no derivative", "take the last value of a column")
+    def partials(self, summary: Mapping[str, Any], history: History) -> Sequence[float]:
+        """Return the derivatives of the value with respect to the values of all `parts`."""
+        return (1.0,)
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class HistoryColumn(MeasureColumn):
         slack = 1e-9 * np.abs(time)
         return (time >= self.begin - slack) & (time <= self.end + slack)
 
-    def derivative(self, summary: Mapping[str, Any], history: History) -> dict[str, float]:
+    def derivative(self, summary: Mapping[str, Any]) -> dict[str, float]:
         """Return path of the scene -> derivative of the last value [unit/SI] in a static run."""
         rows = [r for r in summary["derivatives"] if self._includes(np.array(r["time"]))]
         return {path: columns[self.of] / self.size for path, columns in rows[-1]["of"].items()}
@@ -252,14 +252,12 @@ class Mismatch(MeasureColumn):
             total += ((float(found) - target.reference) / target.scale) ** 2
         return total
 
-    def derivative(self, summary: Mapping[str, Any], history: History) -> dict[str, float]:
-        """Return path of the scene -> derivative [1/SI] in a static run, of `last` values."""
-        total: dict[str, float] = {}
-        for target in self.targets:
-            away = float(target.column.value(summary, history) or 0.0) - target.reference
-            for path, slope in target.column.derivative(summary, history).items():
-                total[path] = total.get(path, 0.0) + 2.0 * away / target.scale**2 * slope
-        return total
+    def partials(self, summary: Mapping[str, Any], history: History) -> Sequence[float]:
+        """Return the derivatives of the distance with respect to the values of all measures."""
+        return [
+            2.0 * (float(t.column.value(summary, history) or 0.0) - t.reference) / t.scale**2
+            for t in self.targets
+        ]
 
 
 def goal_of(

@@ -35,6 +35,10 @@ GRADIENT_TOLERANCE, VALUE_TOLERANCE = 1e-4, 1e-9
 """Gradient over that of the start, and relative change of the objective, that end the search."""
 
 
+Evaluate = Callable[[np.ndarray], tuple[float, np.ndarray]]
+"""Function that returns the objective and its gradient at scaled factors (k,)."""
+
+
 class SearchEndedError(Exception):
     """The search is over: all trials are used, or one has failed."""
 
@@ -69,12 +73,13 @@ class Descent:
         self.study, self.column = study, column
         self.sign = -1.0 if sense == MAXIMIZE else 1.0
         self.dimensions = [self._dimension(factor) for factor in study.composition.factors]
-        self.parts = column.parts
-        for part in self.parts:
+        self.parts: list[HistoryColumn] = []
+        for part in column.parts:
             if not (isinstance(part, HistoryColumn) and part.take == "last"):
                 raise self._refusal("measures", part.name, "take: last of a column of the history")
             if part.of in WITHOUT_DERIVATIVE:
                 raise self._refusal("measures", part.name, f"a derivative, unlike {part.of}")
+            self.parts.append(part)
         objective = study.study.optimize
         if objective is not None and objective.prune is not None:
             raise self._refusal("optimize", "prune", "every trial: leave prune out")
@@ -99,21 +104,21 @@ class Descent:
         """
         alone: Composition = replace(self.study.composition, factors=())
         loaded = alone.loaded({})
-        found = []
-        for one in self.dimensions:
-            factor = one.factor
+        scaled = []
+        for dimension in self.dimensions:
+            factor, space = dimension.factor, dimension.space
             keys = keys_at(loaded.tree, factor.path, factor.path_origin, type(loaded.scene))
             value = value_at(loaded.scene, keys)
-            inside = np.clip(value / factor.size, one.space.low, one.space.high) if value else None
-            found.append(0.5 * RANGE if inside is None else one.scaled(float(inside)))
-        return np.array(found)
+            inside = np.clip(value / factor.size, space.low, space.high) if value else None
+            scaled.append(0.5 * RANGE if inside is None else dimension.scaled(float(inside)))
+        return np.array(scaled)
 
     def case(self, number: int, x: np.ndarray) -> Case:
         """Return the case of scaled factors (k,), whose run computes the derivatives."""
         pairs = zip(self.dimensions, x.tolist(), strict=True)
         case = self.study.case(number, {d.factor.axis.name: d.value(s) for d, s in pairs})
         parameters = ", ".join(f'"{d.factor.path}"' for d in self.dimensions)
-        ends = {part.end for part in self.parts if isinstance(part, HistoryColumn)}
+        ends = {part.end for part in self.parts}
         times = ", ".join(f"{time!r} s" for time in sorted(ends) if np.isfinite(time))
         if times and np.inf in ends:
             raise SceneError(
@@ -132,14 +137,16 @@ class Descent:
         value = self.column.value(summary, history)
         if value is None:
             raise SearchEndedError(f"a trial has no value of {self.column.name}")
-        of_paths = self.column.derivative(summary, history)
+        of_parts = [part.derivative(summary) for part in self.parts]
+        partials = self.column.partials(summary, history)
         slopes = [
-            of_paths[one.factor.path] * one.slope(scaled)
-            for one, scaled in zip(self.dimensions, x.tolist(), strict=True)
+            sum(p * of_paths[d.factor.path] for p, of_paths in zip(partials, of_parts, strict=True))
+            * d.slope(scaled)
+            for d, scaled in zip(self.dimensions, x.tolist(), strict=True)
         ]
         return self.sign * float(value), self.sign * np.array(slopes)
 
-    def search(self, evaluate: Callable[[np.ndarray], tuple[float, np.ndarray]], count: int) -> str:
+    def minimise(self, evaluate: Evaluate, count: int) -> str:
         """Minimise by L-BFGS-B; return why the search ended.
 
         evaluate: runs a trial, and returns `value`, or raises SearchEndedError with the reason to

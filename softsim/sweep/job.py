@@ -303,12 +303,15 @@ def _fault(job: Job) -> Exception | None:
 
 
 def _run_elements(job: Job) -> None:
+    from softsim.run.batch import ReusedSolver, VariedSolver
     from softsim.run.scenes import run_case
 
     loaded = scene_of(job)
+    # Trials by derivatives are static cases of which only numbers vary.
+    kind = ReusedSolver if loaded.scene.output.derivatives is None else VariedSolver
     run_case(
         loaded, job.folder, chosen_device(job.device), _goes_on(job), job.stop_conditions,
-        _files_of(job), _solver_of_worker(loaded.scene.output.derivatives is not None),
+        _files_of(job), _maker_of_worker(kind),
     )  # fmt: skip
 
 
@@ -320,15 +323,9 @@ def _files_of(job: Job) -> "type[RunFiles]":
 
 
 @cache
-def _solver_of_worker(is_descent: bool) -> "ReusedSolver":
-    """Return the maker of this process's solvers.
-
-    A case with the structure of the previous case reuses its solver; trials by derivatives are
-    static cases of which only numbers vary.
-    """
-    from softsim.run.batch import ReusedSolver, VariedSolver
-
-    return VariedSolver() if is_descent else ReusedSolver()
+def _maker_of_worker(kind: "type[ReusedSolver]") -> "ReusedSolver":
+    """Return the maker of this process's solvers: a case reuses that of the previous case."""
+    return kind()
 
 
 def _run_chain(job: Job) -> None:

@@ -214,8 +214,8 @@ def optimize(
     RunFolder(folder / CASES)  # is made here, or refused
     column = next(measure for measure in study.measures if measure.name == goal.measure)
     if objective.method == "gradient":
-        search = Descent(study, column, goal.sense)
-        return descend(search, folder, pool, device, count, console, simulate)
+        descent = Descent(study, column, goal.sense)
+        return descend(descent, folder, pool, device, count, console, simulate)
     from softsim.sweep.trials import TrialJobs, Trials  # imports optuna
 
     trials = Trials(folder, study.search_space, column, goal.sense, objective.seed)
@@ -257,7 +257,7 @@ def record_of_trials(study: LoadedStudy, count: int) -> StudyRecord:
 
 
 def descend(
-    search: Descent,
+    descent: Descent,
     folder: Path,
     pool: AbstractContextManager[WorkerPool],
     device: str,
@@ -266,7 +266,7 @@ def descend(
     simulate: Simulate,
 ) -> polars.DataFrame:
     """Run trials by derivatives, `count` at most; return their table, as `optimize`."""
-    study, column = search.study, search.column
+    study, column = descent.study, descent.column
     table = StudyTable(study.factors, study.measures)
     known: dict[bytes, tuple[float, np.ndarray]] = {}
     console.print(f"at most {count} trials, one after the other")
@@ -277,7 +277,7 @@ def descend(
                 return known[x.tobytes()]
             if len(table.rows) == count:
                 raise SearchEndedError(f"not converged within {count} trials: --trials allows more")
-            case = search.case(len(table.rows) + 1, x)
+            case = descent.case(len(table.rows) + 1, x)
             key = case_key(resolved(case))
             job = Job(case, key, folder.resolve() / CASES / key, device, study.study.keep)
             for ended, outcome in completed(
@@ -287,11 +287,11 @@ def descend(
                 if outcome.status != DONE:
                     raise SearchEndedError(f"trial {case.number} failed: {outcome.reason}")
                 history = history_of(ended, [column])
-                known[x.tobytes()] = search.value(x, outcome.summary, history)
+                known[x.tobytes()] = descent.value(x, outcome.summary, history)
             return known[x.tobytes()]
 
         with pool as workers:
-            reason = search.search(evaluate, count)
+            reason = descent.minimise(evaluate, count)
         ledger.progress.expect(0)
     console.print(f"{len(table.rows)} trials, {reason}", highlight=False)
     return table.frame()

@@ -79,7 +79,7 @@ def test_a_response_says_where_contact_opens(softsim, write_scene, tmp_path, for
     assert done.exit_code == 0, done.stderr
     said = re.sub(r"\s+", " ", done.stdout)
     assert "5 of 12 points touch" in said and "top_y" in said
-    assert ("warning: at" in said and "run the scene in time" in said) != is_small
+    assert ("warning: from " in said and "run the scene in time" in said) != is_small
     rows = (tmp_path / "out" / "response.csv").read_text().splitlines()
     assert rows[0].startswith("motor,frequency [Hz],force [N],contact_changes,lid_x amplitude [m]")
     assert [row.split(",")[1] for row in rows[1:]] == ["10", "57.5", "100", "105", "152.5", "200"]

@@ -73,10 +73,10 @@ def test_the_gradient_is_that_of_the_objective(descent_file):
     """Over the scaled factors, one of them logarithmic, against central differences."""
     study = load_study(descent_file)
     [column] = [m for m in study.measures if m.name == "mismatch"]
-    search = Descent(study, column, "minimize")
+    descent = Descent(study, column, "minimize")
 
     def objective(x):
-        values = search.case(1, x).values
+        values = descent.case(1, x).values
         places, slopes = tip(1e3 * values["modulus"], 1e-3 * values["push"])
         paths = ("materials.soft.C10", "loads.push.profile.value")
         summary = {
@@ -86,7 +86,7 @@ def test_the_gradient_is_that_of_the_objective(descent_file):
             ]
         }
         history = {"time": np.array([0.5, 1.0]), "tip_y": places}
-        return search.value(x, summary, history)
+        return descent.value(x, summary, history)
 
     x = np.array([3.0, 6.0])
     slopes = [(objective(x + step)[0] - objective(x - step)[0]) / 2e-4 for step in 1e-4 * np.eye(2)]
@@ -95,10 +95,10 @@ def test_the_gradient_is_that_of_the_objective(descent_file):
 
 def test_it_starts_at_the_scene_and_asks_for_derivatives(descent_file):
     study = load_study(descent_file)
-    search = Descent(study, study.measures[-1], "minimize")
-    start = search.start()
+    descent = Descent(study, study.measures[-1], "minimize")
+    start = descent.start()
     assert start == pytest.approx([0.5 * RANGE, RANGE * np.log(4.0) / np.log(20.0)])
-    case = search.case(1, start)
+    case = descent.case(1, start)
     assert case.values == pytest.approx({"modulus": 60.0, "push": 2.0})
     assert case.overrides[-1] == (
         'output.derivatives={parameters: ["materials.soft.C10", "loads.push.profile.value"], '

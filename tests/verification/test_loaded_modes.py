@@ -150,7 +150,7 @@ def test_a_column_buckles_where_its_frequency_is_zero(equilibria, record_verific
     assert buckling == pytest.approx(1e3 * exact, rel=1e-2)
     lowest = [modes.loaded[0].frequency for modes in found]
     assert lowest == sorted(lowest, reverse=True)
-    assert "unstable: 1 mode with negative stiffness" in " ".join(found[-1].remarks())
+    assert "unstable: 1 mode with negative stiffness" in " ".join(found[-1].warnings())
 
 
 @pytest.mark.physics
@@ -163,9 +163,9 @@ def test_a_harmonic_response_is_that_of_a_run_in_time(
     text = SHAKEN.replace("60 Hz", f"{frequency} Hz")
     state = equilibria(text)
     state.reach(state.end)
-    of = HarmonicResponse(state.vibrations("stick"))
+    harmonic = HarmonicResponse(state.vibrations("stick"))
     [(name, motor)] = motors(load_scene(write_scene(text))).items()
-    found = state.response(of, name, motor, [frequency])
+    found = state.response(harmonic, name, motor, [frequency])
     assert found.force == pytest.approx(0.2e-3) and not found.contact_changes.any()
     rows = run(write_scene(text), out=tmp_path / "run", device="cpu").history
     late = rows["time"] > 0.4 - 4.0 / frequency
