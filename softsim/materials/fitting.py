@@ -140,8 +140,9 @@ def fit_tests(
         fitted = _fitted_linearly(law, terms, chosen, point_weights)
     if fitted.initial_shear_modulus <= 0.0:
         constants = ", ".join(f"{name} = {c:.3g} Pa" for name, c in vars(fitted).items())
+        low, high = min(t.strain[0] for t in chosen), max(t.strain[-1] for t in chosen)
         raise MaterialError(
-            f"the fit between strains of {min_strain:g} and {max_strain:g} gives {constants}: "
+            f"the fit between strains of {low:.3g} and {high:.3g} gives {constants}: "
             "a law needs an initial shear modulus > 0",
             hint="fit a smaller range (--max-strain), ignore more of the start of the curve "
             "(--min-strain), or fit fewer constants (--terms)",
@@ -224,7 +225,10 @@ def _fitted_from(
     tests: Sequence[TensileTest],
     weight: np.ndarray,
 ) -> Law:
-    """Return the best fit from these start constants, each of which keeps its sign."""
+    """Return the best fit from these start constants.
+
+    Each constant keeps its sign, and has at most the magnitude `law.largest_constants`.
+    """
     root = np.sqrt(weight)
     stress = np.concatenate([test.stress for test in tests])
 
@@ -232,10 +236,12 @@ def _fitted_from(
         fitted = law.of_constants((relative * start).tolist())
         return (_stresses(fitted, tests) - stress) * root
 
-    results = [
-        (least_squares(error, np.ones(len(start)), bounds=SPAN, args=(start,)), start)
-        for start in map(np.array, starts)
-    ]
+    results = []
+    for start in map(np.array, starts):
+        largest = np.resize(law.largest_constants, len(start)) / np.abs(start)
+        bounds = SPAN[0], np.minimum(SPAN[1], largest)
+        fit = least_squares(error, np.ones(len(start)), bounds=bounds, args=(start,))
+        results.append((fit, start))
     best, start = min(results, key=lambda result: result[0].cost)
     return law.of_constants((best.x * start).tolist())
 
@@ -255,7 +261,8 @@ def _checked_terms(law: type[Law], terms: int | None) -> int:
 def _in_range(test: TensileTest, low: float, high: float) -> TensileTest:
     """Return the points of first loading in the range, or raise MaterialError."""
     loading = test.first_loading()
-    where = f"{test.source or test.title}: between strains of {low:g} and {high:g}"
+    last = min(high, float(loading.strain[-1]))
+    where = f"{test.source or test.title}: between strains of {low:g} and {last:.3g}"
     inside = (loading.strain > low) & (loading.strain <= high)
     strain, stress = loading.strain[inside], loading.stress[inside]
     if len(strain) < FEWEST_POINTS:

@@ -112,6 +112,8 @@ class Law(ABC):
     """Names of dimensionless fields; the others are in Pa."""
     most_terms: ClassVar[int]
     """Largest number of terms that can be fitted."""
+    largest_constants: ClassVar[tuple[float, ...]] = (np.inf,)
+    """Largest magnitude of each constant of a term in a fit from start values."""
 
     @classmethod
     def of_constants(cls, constants: Sequence[float]) -> "Law":

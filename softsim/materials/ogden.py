@@ -21,6 +21,13 @@ from softsim.materials.law import TwoInvariantLaw, projected
 START_EXPONENTS = (1.5, 5.0, -2.0, -5.0)
 """Start values of alpha in a fit; Ogden 1972 gives 1.3, 5 and -2 for rubber."""
 
+LARGEST_EXPONENT = 10.0
+"""Largest magnitude of alpha in a fit, twice that of Ogden's rubber.
+
+Uniaxial tension hardly shows a negative exponent: without a bound, fits to it reach -44, which
+multiplies the stress in other modes.
+"""
+
 
 @dataclass(frozen=True)
 class Ogden(TwoInvariantLaw):
@@ -31,6 +38,7 @@ class Ogden(TwoInvariantLaw):
 
     pure_numbers = ("alpha",)
     most_terms = 3
+    largest_constants = (np.inf, LARGEST_EXPONENT)
 
     @classmethod
     def of_constants(cls, constants: Sequence[float]) -> "Ogden":
