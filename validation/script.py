@@ -76,8 +76,8 @@ class Script:
     rows: verdicts, from the outcomes of all cases by name. Those that were not run or failed have
     a `failure` and no numbers: claims that rest on them cannot be told.
     draw: one figure into a PNG file, of whatever is there.
-    columns: of the digitised points, the measured quantity last; none where the thesis's figure has
-    no points to read off.
+    columns: of the digitised points, the measured quantity last; none by default, for a figure of
+    the thesis without points to read off and for published data.
     remarks: sentences below the rows: reasons for a disagreement, what a number means.
     listings: tables below the remarks: what was found, case by case.
     evidence: page that the script belongs to.
@@ -90,7 +90,7 @@ class Script:
     cases: Callable[[], list[Case]] = list
     rows: Callable[[Outcomes, Points | None], Iterable[Row]]
     draw: Callable[[Outcomes, Points | None, Path], None]
-    columns: tuple[str, ...]
+    columns: tuple[str, ...] = ()
     remarks: Callable[[Outcomes], Iterable[str]] = no_remarks
     listings: Callable[[Outcomes], Iterable[Listing]] = no_listings
     evidence: Evidence = THESIS

@@ -16,6 +16,8 @@ from validation.cases import Outcome
 AGREES, DISAGREES, UNKNOWN = "agrees", "disagrees", "cannot be told"
 VERDICTS = (AGREES, DISAGREES, UNKNOWN)
 MISSING = "not found"
+LARGE = 10.0
+"""Share above which its digits say nothing."""
 Numbers = Sequence[float] | np.ndarray
 
 
@@ -77,6 +79,16 @@ def shown_list(values: Numbers, unit: str = "") -> str:
     return f"{', '.join(texts)} {unit}".rstrip()
 
 
+def percent(share: float) -> str:
+    """A share in per cent; without digits above LARGE."""
+    return f"> {100.0 * LARGE:g} %" if share > LARGE else shown(100.0 * share, "%")
+
+
+def signed(share: float) -> str:
+    """A relative error in per cent, with its sign."""
+    return MISSING if math.isnan(share) else f"{100.0 * share:+.3g} %"
+
+
 def judged(holds: bool, computed: str, *needed: float) -> Finding:
     """A condition on numbers, all of which must be there."""
     if any(math.isnan(number) for number in needed):
@@ -125,8 +137,8 @@ def at_most_share(value: float, of: float, share: float) -> Finding:
     """|value| is less than `share` of a positive `of`; shown in per cent of it."""
     if not of > 0.0 and not math.isnan(of):
         return judged(False, "there is nothing to take a share of", value)
-    percent = 100.0 * abs(value) / of
-    return judged(percent < 100.0 * share, shown(percent, "%"), percent)
+    found = abs(value) / of
+    return judged(found < share, shown(100.0 * found, "%"), found)
 
 
 def rises(values: Numbers, unit: str = "", resolution: float = 0.0) -> Finding:

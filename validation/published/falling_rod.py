@@ -31,7 +31,7 @@ from validation.cases import Case, Outcome, Outcomes
 from validation.command import command
 from validation.digitised import Points
 from validation.script import PUBLISHED, Script
-from validation.verdicts import Row, below, row, shown, within
+from validation.verdicts import Row, below, percent, row, shown, signed, within
 
 NAME = "falling_rod"
 SCENE = str(Path(__file__).with_name("falling_rod.yaml"))
@@ -128,7 +128,7 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     coarse, fine = (solid(outcomes[name]) for name in (COARSE, FINE))
     behind = [outcomes[FINE]]
     away = distance(fine, rod())
-    band = f"{100 * BAND:g} % of the length"
+    band = f"{percent(BAND)} of the length"
     error = shown(100 * away / LENGTH, "% of the length")
     found = below(1e3 * away, 1e3 * BAND * LENGTH, "mm")
     claim = "tip during the first swing, largest distance from the rod of theory"
@@ -140,12 +140,12 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         NAME, "largest drop of the tip", shown(1e3 * wanted, "mm"), found, behind, error, band
     )
     found = within(time, wanted_time, BAND, "s")
-    error, band = shown(100 * (time / wanted_time - 1.0), "%"), f"{100 * BAND:g} %"
+    error, band = signed(time / wanted_time - 1.0), percent(BAND)
     yield row(NAME, "time of the largest drop", shown(wanted_time, "s"), found, behind, error, band)
     away = distance(coarse, fine)
     found = below(1e3 * away, 1e3 * BAND_OF_MESHES * LENGTH, "mm")
     error = shown(100 * away / LENGTH, "% of the length")
-    band = f"{100 * BAND_OF_MESHES:g} % of the length"
+    band = f"{percent(BAND_OF_MESHES)} of the length"
     claim = "tips of the two meshes, largest distance"
     yield row(NAME, claim, "0", found, list(outcomes.values()), error, band)
 
@@ -179,7 +179,6 @@ SCRIPT = Script(
     quick=(COARSE,),
     rows=rows,
     draw=draw,
-    columns=(),
     evidence=PUBLISHED,
 )
 

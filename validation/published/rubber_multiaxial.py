@@ -47,12 +47,11 @@ from validation.command import command
 from validation.digitised import Points
 from validation.published import MEASURED
 from validation.script import PUBLISHED, Listing, Script
-from validation.verdicts import Row, judged, row, shown
+from validation.verdicts import Row, judged, percent, row
 
 NAME = "rubber_multiaxial"
 DATA = MEASURED / NAME
 BAND = 0.1
-LARGE = 10.0  # errors above this are shown as such, without digits
 MODERATE, WHOLE = 2.0, np.inf
 """Largest stretch of the two fits."""
 TENSION, COMPRESSION, BIAXIAL = "uniaxial", "uniaxial compression", "biaxial"
@@ -188,11 +187,6 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
                 found = judged(worst <= BAND, text, worst)
                 error = ", ".join(f"{mode} {percent(value)}" for mode, value in others.items())
                 yield row(NAME, claim, ", ".join(others), found, (), error, percent(BAND))
-
-
-def percent(value: float) -> str:
-    """Return a ratio in per cent."""
-    return f"> {100 * LARGE:g} %" if value > LARGE else shown(100.0 * value, "%")
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:
@@ -336,7 +330,6 @@ SCRIPT = Script(
     quick=(),
     rows=rows,
     draw=draw,
-    columns=(),
     listings=listings,
     evidence=PUBLISHED,
     data=DATA,

@@ -44,7 +44,7 @@ from validation.command import command
 from validation.digitised import Points
 from validation.published import MEASURED, REFERENCE
 from validation.script import PUBLISHED, Script
-from validation.verdicts import Row, between, row, shown, within
+from validation.verdicts import Row, between, percent, row, shown, signed, within
 
 NAME = "silicone_compression"
 DATA = MEASURED / NAME
@@ -110,16 +110,6 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     yield row(NAME, claim, shown(hard / soft), found, (), error, band)
 
 
-def percent(value: float) -> str:
-    """Return a ratio in per cent."""
-    return f"{100.0 * value:.3g} %"
-
-
-def signed(value: float) -> str:
-    """Return a relative error in per cent, with its sign."""
-    return f"{100.0 * value:+.3g} %"
-
-
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
     """Draw the measured modulus, the prediction and its bounds."""
     with drawing(path, 2.4) as figure:
@@ -149,7 +139,6 @@ SCRIPT = Script(
     quick=(),
     rows=rows,
     draw=draw,
-    columns=(),
     evidence=PUBLISHED,
     data=DATA,
 )

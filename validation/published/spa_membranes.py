@@ -38,7 +38,7 @@ from validation.command import command
 from validation.digitised import Points
 from validation.published import MEASURED
 from validation.script import PUBLISHED, Script
-from validation.verdicts import Finding, Row, row, within
+from validation.verdicts import Finding, Row, percent, row, signed, within
 
 NAME = "spa_membranes"
 DATA = MEASURED / NAME
@@ -151,15 +151,15 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
                 mean = float("nan")
             middle = len(heights) // 2
             text = f"{median[middle] / 1e3:.3g} kPa at {1e3 * heights[middle]:.0f} mm"
-            signed = 100.0 * ratio[reached].mean() if reached.any() else float("nan")
+            average = float(ratio[reached].mean()) if reached.any() else float("nan")
             computed = (
-                f"{pressure[middle] / 1e3:.3g} kPa; mean {signed:+.1f} % over {reached.sum()} of "
+                f"{pressure[middle] / 1e3:.3g} kPa; mean {signed(average)} over {reached.sum()} of "
                 f"{len(heights)} heights"
             )
-            shown = Finding(computed, within(1.0 + mean, 1.0, band).verdict)
+            found = Finding(computed, within(1.0 + mean, 1.0, band).verdict)
             yield row(
-                NAME, f"{membrane} lifts {force:.1f} N, constants {constants}", text, shown,
-                [outcome], f"{100.0 * mean:.1f} %", f"{100.0 * band:.0f} %",
+                NAME, f"{membrane} lifts {force:.1f} N, constants {constants}", text, found,
+                [outcome], percent(mean), percent(band),
             )  # fmt: skip
 
 
@@ -203,7 +203,6 @@ SCRIPT = Script(
     quick=("M1, 24.5 N, typical",),
     rows=rows,
     draw=draw,
-    columns=(),
     evidence=PUBLISHED,
     data=DATA,
 )
