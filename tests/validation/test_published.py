@@ -10,8 +10,10 @@ from rich.console import Console
 
 from softsim.materials import law as modes
 from softsim.materials.mooney_rivlin import MooneyRivlin
+from softsim.mesh.reading import read_mesh
+from validation.cases import Outcome
 from validation.command import validate
-from validation.published import falling_rod, rubber_multiaxial
+from validation.published import falling_rod, rubber_multiaxial, soft_tentacle
 from validation.published.__main__ import SCRIPTS
 from validation.script import PUBLISHED, Script
 from validation.verdicts import AGREES, DISAGREES, Row
@@ -115,3 +117,45 @@ def test_falling_rod_of_theory(monkeypatch):
     assert drop == pytest.approx(2.0 * 0.01 * 0.6**4 / (8.0 * bending), rel=0.03)
     for function in (falling_rod.rod, falling_rod.swing_end):
         function.cache_clear()
+
+
+@pytest.mark.parametrize("density", [soft_tentacle.COARSE, soft_tentacle.FINE])
+def test_section_of_the_tentacle(density):
+    """The polygon has the second moment of area of the unit circle about either axis."""
+    points, cells = soft_tentacle.section(density.side, density.rings)
+    x, y = points[cells].transpose(2, 0, 1)
+    cross = x * np.roll(y, -1, 1) - y * np.roll(x, -1, 1)
+    assert len(cells) == density.elements and cross.sum(axis=1).min() > 0.0
+    for c in (x, y):
+        after = np.roll(c, -1, 1)
+        assert (cross * (c * c + c * after + after * after)).sum() / 12.0 == pytest.approx(
+            np.pi / 4.0
+        )
+
+
+def test_mesh_of_the_tentacle(tmp_path, monkeypatch, caplog):
+    """Its node sets lie where the markers are, and none of its cells is inverted."""
+    monkeypatch.setattr(soft_tentacle, "SCENE", tmp_path / "soft_tentacle.yaml")
+    density = soft_tentacle.COARSE
+    soft_tentacle.write_mesh.__wrapped__(density)
+    mesh = read_mesh(density.file).mesh
+    assert "inverted" not in caplog.text
+    for k, station in enumerate(soft_tentacle.STATIONS, 1):
+        [node] = mesh.node_sets[f"m{k}"]
+        assert mesh.points[node] == pytest.approx([0.0, -station, 0.0], abs=1e-9)
+
+
+def test_markers_of_the_unloaded_tentacle():
+    """They are on their arms, a moved body takes them along, and a failed run has none."""
+    names = [f"m{k}{part}" for k in (1, 2, 3) for part in ("", "_side", "_other")]
+    names += ["m4", "m4_above"]
+    still = {f"{name}_{axis}": np.zeros(1) for name in names for axis in "xyz"}
+    found = soft_tentacle.predicted(Outcome("", history=still), soft_tentacle.COARSE)
+    assert found == pytest.approx(
+        np.array([[25, -129.1, 0], [-21, -219.5, 0], [20, -280, 0], [0, -368, 0]]) * 1e-3
+    )
+    lifted = {**still, **{f"{name}_y": np.full(1, 0.1) for name in names}}
+    moved = soft_tentacle.predicted(Outcome("", history=lifted), soft_tentacle.COARSE)
+    assert moved - found == pytest.approx(np.tile([0.0, 0.1, 0.0], (4, 1)), abs=1e-12)
+    failed = soft_tentacle.predicted(Outcome("", failure="stopped"), soft_tentacle.COARSE)
+    assert np.isnan(failed).all()
