@@ -159,3 +159,18 @@ def test_markers_of_the_unloaded_tentacle():
     assert moved - found == pytest.approx(np.tile([0.0, 0.1, 0.0], (4, 1)), abs=1e-12)
     failed = soft_tentacle.predicted(Outcome("", failure="stopped"), soft_tentacle.COARSE)
     assert np.isnan(failed).all()
+
+
+def test_rod_beside_the_tentacle(monkeypatch):
+    """Small torque without gravity: that of a beam; exchanged torques give mirror images."""
+    one, other = (soft_tentacle.rod(pair, True) for pair in ((0.1, 0.05), (0.05, 0.1)))
+    assert one == pytest.approx(other * (1.0, 1.0, -1.0), abs=1e-9)
+    monkeypatch.setattr(soft_tentacle, "GRAVITY", 0.0)
+    s = np.linspace(0.0, 0.305, 20001)
+    radius = np.interp(s, *soft_tentacle.RADII)
+    moment = 1e-4 / 0.0325 * (0.0114 - 0.0295 * s)
+    away = np.trapezoid((0.368 - s) * moment / (315e3 * np.pi / 4.0 * radius**4), s)
+    tip = soft_tentacle.rod((1e-4, 0.0), False)[-1]
+    assert tip == pytest.approx(
+        [0.5 * away, -0.368, -np.sqrt(0.75) * away], rel=5e-3, abs=1e-6 * 0.368
+    )

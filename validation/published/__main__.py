@@ -1,12 +1,19 @@
 """`python -m validation.published`: all scripts on measurements of others, one page."""
 
 from validation.command import command
-from validation.published import falling_rod, rubber_multiaxial, silicone_compression, spa_membranes
+from validation.published import (
+    falling_rod,
+    rubber_multiaxial,
+    silicone_compression,
+    soft_tentacle,
+    spa_membranes,
+)
 
 SCRIPTS = [
     rubber_multiaxial.SCRIPT,
     silicone_compression.SCRIPT,
     spa_membranes.SCRIPT,
+    soft_tentacle.SCRIPT,
     falling_rod.SCRIPT,
 ]
 
