@@ -51,7 +51,7 @@ from validation.command import command
 from validation.digitised import Points
 from validation.published import MEASURED
 from validation.script import PUBLISHED, Listing, Script
-from validation.verdicts import Finding, Row, below, row, shown
+from validation.verdicts import Finding, Row, below, row, shown, shown_list
 
 NAME = "soft_tentacle"
 DATA = MEASURED / NAME
@@ -261,8 +261,8 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
             "tip at ({:.0f}, {:.0f}, {:.0f}) mm".format(*(1e3 * place[-1]))
             for place in (measured()[name], markers)
         ]
-        worst = 100.0 * float(away.max()) / LENGTH
-        error = f"markers {', '.join(f'{1e3 * a:.1f}' for a in away)} mm away; {worst:.1f} %"
+        worst = shown(100.0 * float(away.max()) / LENGTH, "%")
+        error = f"markers {shown_list(1e3 * away, 'mm')} away; {worst}"
         fitted = ", in the authors' fit" if pose.fitted else ""
         finding = Finding(tips[1], verdict)
         yield row(NAME, f"{pose.name}{fitted}", tips[0], finding, [outcome], error, band)
