@@ -13,7 +13,12 @@ from softsim.materials.mooney_rivlin import MooneyRivlin
 from softsim.mesh.reading import read_mesh
 from validation.cases import Outcome
 from validation.command import validate
-from validation.published import falling_rod, rubber_multiaxial, soft_tentacle
+from validation.published import (
+    ds10_beam,
+    falling_rod,
+    rubber_multiaxial,
+    soft_tentacle,
+)
 from validation.published.__main__ import SCRIPTS
 from validation.script import PUBLISHED, Script
 from validation.verdicts import AGREES, DISAGREES, Row
@@ -174,3 +179,14 @@ def test_rod_beside_the_tentacle(monkeypatch):
     assert tip == pytest.approx(
         [0.5 * away, -0.368, -np.sqrt(0.75) * away], rel=5e-3, abs=1e-6 * 0.368
     )
+
+
+def test_frequency_and_damping_of_a_decay():
+    """The swing of a damped oscillator, also with a creep beside it."""
+    time = np.arange(0.0, 2.0, 5e-3)
+    decay = np.exp(-0.05 * 2.0 * np.pi * 7.0 * time)
+    height = decay * np.cos(2.0 * np.pi * 7.0 * np.sqrt(1.0 - 0.05**2) * time) - 0.02 * time
+    found = ds10_beam.swing(time, height)
+    assert found.frequency == pytest.approx(7.0 * np.sqrt(1.0 - 0.05**2), rel=2e-3)
+    assert found.damping_ratio == pytest.approx(0.05, rel=0.02)
+    assert np.isnan(ds10_beam.swing(time[:100], height[:100]).frequency)

@@ -2,7 +2,9 @@
 
 from validation.command import command
 from validation.published import (
+    ds10_beam,
     falling_rod,
+    flat_strip,
     rubber_multiaxial,
     silicone_compression,
     soft_tentacle,
@@ -14,6 +16,8 @@ SCRIPTS = [
     silicone_compression.SCRIPT,
     spa_membranes.SCRIPT,
     soft_tentacle.SCRIPT,
+    ds10_beam.SCRIPT,
+    flat_strip.SCRIPT,
     falling_rod.SCRIPT,
 ]
 

@@ -35,9 +35,8 @@ from validation.cases import Case, Outcome, Outcomes
 from validation.command import command
 from validation.digitised import Points
 from validation.published import REFERENCE
-from validation.published.silicone_compression import percent, signed
 from validation.script import PUBLISHED, Script
-from validation.verdicts import Row, row, shown, within
+from validation.verdicts import Row, percent, row, shown, signed, within
 
 NAME = "ds10_beam"
 DATA = REFERENCE / NAME

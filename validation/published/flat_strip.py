@@ -46,9 +46,8 @@ from softsim.statics.modes import LoadedMode
 from validation.cases import Outcomes
 from validation.command import command
 from validation.digitised import Points
-from validation.published.silicone_compression import percent, signed
 from validation.script import PUBLISHED, Script
-from validation.verdicts import UNKNOWN, Finding, Row, below, row, shown, within
+from validation.verdicts import UNKNOWN, Finding, Row, below, percent, row, shown, signed, within
 
 NAME = "flat_strip"
 WIDTH, THICKNESS = 10e-3, 0.77e-3  # m
