@@ -77,7 +77,8 @@ def validate(
 ) -> dict[str, Any]:
     """Run, judge, draw, write a page per evidence, validation.json and a PNG per script to `out`.
 
-    Returns the content of the JSON file. Scripts whose data are absent are skipped.
+    Returns the content of the JSON file. Scripts whose data are absent, or that the quick subset
+    leaves out, are skipped and named.
 
     Raises SoftsimError: a scene or a file of points is wrong, or a signal stopped it.
     """

@@ -300,7 +300,6 @@ SCRIPT = Script(
     cases=cases,
     rows=rows,
     draw=draw,
-    columns=(),
     listings=listings,
 )
 

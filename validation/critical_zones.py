@@ -296,7 +296,6 @@ SCRIPT = Script(
     cases=cases,
     rows=rows,
     draw=draw,
-    columns=(),
     remarks=remarks,
     listings=listings,
 )

@@ -2,7 +2,7 @@
 
 Runs the skin as a half section, without spikes (as the thesis's ABAQUS model; also nearly
 incompressible, as the membrane is, and with constants fitted to a tensile test), with rows of
-spikes as rings of equivalent stiffness, and in space with its 70 spikes (not in the quick subset).
+spikes as rings of equivalent stiffness, and in space with its 70 spikes.
 All are driven by volume, so the curves go on where the pressure falls.
 
 The curves are held against an independent membrane solution, where its file is there

@@ -235,7 +235,6 @@ SCRIPT = Script(
     quick=(label(5, 142), PRESS),
     rows=rows,
     draw=draw,
-    columns=(),
     listings=listings,
 )
 

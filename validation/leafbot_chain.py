@@ -229,7 +229,6 @@ SCRIPT = Script(
     quick=tuple(level(chain, MIDDLE).name for chain in CHAINS),
     rows=rows,
     draw=draw,
-    columns=(),
     listings=listings,
 )
 

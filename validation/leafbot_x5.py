@@ -318,7 +318,6 @@ SCRIPT = Script(
     cases=cases,
     rows=rows,
     draw=draw,
-    columns=(),
     listings=listings,
 )
 

@@ -221,7 +221,6 @@ SCRIPT = Script(
     cases=cases,
     rows=rows,
     draw=draw,
-    columns=(),
     listings=listings,
 )
 

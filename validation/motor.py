@@ -215,7 +215,6 @@ SCRIPT = Script(
     quick=(),
     rows=rows,
     draw=draw,
-    columns=(),
     listings=listings,
 )
 

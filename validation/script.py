@@ -71,8 +71,8 @@ class Script:
 
     name: that of the module. figure: of the thesis, or the source of the data. about: what is
     shown; paragraphs are separated by blank lines. For published data: the protocol.
-    cases: all; none by default. quick: names of those of the quick subset, which leaves the script
-    out if it is None.
+    cases: all; none by default. quick: names of the cases of the quick subset; () for a script that
+    needs no run, None for one that the subset leaves out.
     rows: verdicts, from the outcomes of all cases by name. Those that were not run or failed have
     a `failure` and no numbers: claims that rest on them cannot be told.
     draw: one figure into a PNG file, of whatever is there.

@@ -251,7 +251,6 @@ SCRIPT = Script(
     cases=cases,
     rows=rows,
     draw=draw,
-    columns=(),
     listings=listings,
 )
 

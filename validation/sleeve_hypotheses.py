@@ -9,7 +9,8 @@ could explain that, each as it would be written in a scene:
 - nothing: constants and pressures as stated.
 
 Under each, the robot in three pipes: cycles, held by a tendon, in a vertical pipe; the claims are
-those of the script `space`. The subset is the plane section; the whole has the robot in space too.
+those of the script `space`. They are computed in the plane section
+and in space.
 """
 
 from collections.abc import Iterator
@@ -149,7 +150,6 @@ SCRIPT = Script(
     cases=cases,
     rows=rows,
     draw=draw,
-    columns=(),
     listings=listings,
 )
 

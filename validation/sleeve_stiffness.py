@@ -425,7 +425,6 @@ SCRIPT = Script(
     quick=(skin_name(MAIN.bulk), MAIN.label(36)),
     rows=rows,
     draw=draw,
-    columns=(),
     remarks=remarks,
     listings=listings,
 )

@@ -361,7 +361,6 @@ SCRIPT = Script(
     cases=cases,
     rows=rows,
     draw=draw,
-    columns=(),
 )
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ AGREES, DISAGREES, UNKNOWN = "agrees", "disagrees", "cannot be told"
 VERDICTS = (AGREES, DISAGREES, UNKNOWN)
 MISSING = "not found"
 LARGE = 10.0
-"""Share above which its digits say nothing."""
+"""Share above which `percent` shows no digits."""
 Numbers = Sequence[float] | np.ndarray
 
 
@@ -80,12 +80,12 @@ def shown_list(values: Numbers, unit: str = "") -> str:
 
 
 def percent(share: float) -> str:
-    """A share in per cent; without digits above LARGE."""
+    """Return a share in per cent, without digits above LARGE."""
     return f"> {100.0 * LARGE:g} %" if share > LARGE else shown(100.0 * share, "%")
 
 
 def signed(share: float) -> str:
-    """A relative error in per cent, with its sign."""
+    """Return a relative error in per cent, with its sign."""
     return MISSING if math.isnan(share) else f"{100.0 * share:+.3g} %"
 
 

@@ -53,7 +53,7 @@ SOUGHT_OVER_REQUIRED = 1e-3
 """Unbalanced force that is sought, over solver.equilibrium_tolerance, which is what is required."""
 
 ROUND_OFF = 0.1
-"""Share of unbalanced forces at the start below which they are round-off of an unloaded body."""
+"""Share of unbalanced forces at the start below which they are not applied step by step."""
 
 PRESCRIBED_PART = 1e3
 """Prescribed motion in a difference of forces, over the displacement of an assembled column."""
@@ -125,10 +125,10 @@ class Newton:
         displacement of their round-off.
         """
         forces, start = self.forces, self.forces.start
-        rounded = np.finfo(float).eps * float(np.abs(start.x).max())
-        nodal = np.arange(forces.size) < forces.counts[0]
-        signs = np.random.default_rng(0).choice((-1.0, 1.0), forces.size)
-        step = ROUNDED_OVER_EPSILON * rounded * np.where(nodal, signs, 0.0)
+        rounded = np.finfo(float).eps * np.abs(start.x)[forces.is_free]
+        step = np.zeros(forces.size)
+        step[: len(rounded)] = np.random.default_rng(0).choice((-1.0, 1.0), len(rounded)) * rounded
+        step *= ROUNDED_OVER_EPSILON
         return float(np.linalg.norm(forces.resisting(start, step))) / ROUNDED_OVER_EPSILON
 
     def find(

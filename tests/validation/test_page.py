@@ -23,7 +23,6 @@ def sections(tmp_path):
         about=NASTY,
         rows=lambda o, p: [],
         draw=lambda o, p, f: None,
-        columns=(),
     )
     figure = tmp_path / "s.png"
     figure.write_bytes(b"picture")

@@ -34,7 +34,6 @@ STRIP = Script(
     quick=(),
     rows=lambda outcomes, points: ROWS,
     draw=lambda outcomes, points, path: path.write_bytes(b"picture"),
-    columns=(),
     evidence=PUBLISHED,
 )
 
@@ -83,6 +82,8 @@ def test_the_quick_subset_names_the_scripts_that_it_leaves_out():
 def test_script_states_its_protocol(script):
     assert script.evidence is PUBLISHED
     assert "Protocol" in script.about and "Band" in script.about
+    if not script.reason_to_skip(quick=True):
+        assert {case.name for case in script.chosen(quick=True)} == set(script.quick)
 
 
 def points_of(mode, stretches, law):

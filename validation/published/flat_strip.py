@@ -69,7 +69,9 @@ STRETCHED = ((1.09, 142.0), (1.26, 192.0))
 
 PRESSURES = (196.0, 490.0, 785.0)  # Pa
 PIECES = (30e-3, 20e-3, 15e-3, 12e-3, 10e-3)  # m, inflated
-MOST_HALF_WAVES = 1  # that the mesh of a piece resolves
+MOST_HALF_WAVES = 1
+"""Largest number of half waves in an inflated piece whose waves are compared."""
+
 TYPICAL = "law: yeoh, C10: 11.0 kPa, C20: 0.0225 kPa"
 CONSTANTS = {
     "typical": (TYPICAL, (330, 0.32)),
@@ -193,9 +195,9 @@ def waves(
 ) -> list[list[Wave]]:
     """Return the lowest waves of a piece of a length [m], at each of these pressures [Pa].
 
-    Without pressures: of the flat strip, stretched across.
+    Without pressures the strip is flat, and may be stretched across.
 
-    Raises StabilityError if no equilibrium is found.
+    Raises StabilityError if no equilibrium is at_pressures.
     """
     with tempfile.TemporaryDirectory() as folder:
         scene = _write_scene(Path(folder), constants, length, counts, stretch)
@@ -203,12 +205,12 @@ def waves(
         none = [] if pressures else ["loads={}"]
         state = Preloaded(scene_with_loads(scene, none, over=over), Choice("cpu", 1))
         times = [over.fraction_of_time(p) for p in pressures] if over else [float(stretch != 1.0)]
-        found = []
+        at_pressures = []
         for time in times:
             state.reach(time * state.end)
             modes = state.vibrations("stick").modes(COUNT).loaded
-            found.append([wave for mode in modes if (wave := _wave(mode, length, counts))])
-    return found
+            at_pressures.append([wave for mode in modes if (wave := _wave(mode, length, counts))])
+    return at_pressures
 
 
 def flexural(k: float, counts: tuple[int, ...] = FINE) -> Wave:
@@ -236,11 +238,11 @@ def inflated(pressure: float) -> Wave:
 def band_of(pressure: float) -> tuple[float, float]:
     """Return the lowest and the highest predicted frequency [Hz] at one of PRESSURES [Pa]."""
     wave, number = inflated(pressure), PRESSURES.index(pressure)
-    found = [
+    frequencies = [
         lowest([w for w in piece[number] if w[:3] == wave[:3]]).frequency
         for piece in (waves(name, wave.length, pressures=PRESSURES) for name in CONSTANTS)
     ]
-    return (1.0 - HALF_DIFFERENCE) * min(found), (1.0 + HALF_DIFFERENCE) * max(found)
+    return (1.0 - HALF_DIFFERENCE) * min(frequencies), (1.0 + HALF_DIFFERENCE) * max(frequencies)
 
 
 def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
@@ -307,7 +309,6 @@ SCRIPT = Script(
     about=__doc__,
     rows=rows,
     draw=draw,
-    columns=(),
     evidence=PUBLISHED,
 )
 

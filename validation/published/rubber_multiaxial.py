@@ -25,6 +25,9 @@ The difference of their measured true stresses is listed too, for it bounds what
 in both modes.
 
 The data had been looked at before this protocol was written, no fit to them had been made.
+
+Changed after the first comparison: fits of Ogden's law keep their exponents between -10 and 10, so
+its errors are no blind prediction.
 """
 
 import csv

@@ -51,7 +51,7 @@ from validation.command import command
 from validation.digitised import Points
 from validation.published import MEASURED
 from validation.script import PUBLISHED, Listing, Script
-from validation.verdicts import Finding, Row, below, row, shown, shown_list
+from validation.verdicts import Finding, Row, below, percent, row, shown, shown_list
 
 NAME = "soft_tentacle"
 DATA = MEASURED / NAME
@@ -251,7 +251,7 @@ def predicted(outcome: Outcome, density: Density, row_number: int = -1) -> np.nd
 
 def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     """Yield each pose, and the two meshes."""
-    band = f"{100 * BAND:g} % of the length"
+    band = f"{percent(BAND)} of the length"
     for name, pose in POSES.items():
         outcome = outcomes[case(pose, COARSE).name]
         markers = predicted(outcome, COARSE)
@@ -261,18 +261,18 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
             "tip at ({:.0f}, {:.0f}, {:.0f}) mm".format(*(1e3 * place[-1]))
             for place in (measured()[name], markers)
         ]
-        worst = shown(100.0 * float(away.max()) / LENGTH, "%")
+        worst = percent(float(away.max()) / LENGTH)
         error = f"markers {shown_list(1e3 * away, 'mm')} away; {worst}"
         fitted = ", in the authors' fit" if pose.fitted else ""
         finding = Finding(tips[1], verdict)
         yield row(NAME, f"{pose.name}{fitted}", tips[0], finding, [outcome], error, band)
     pair = [(outcomes[case(POSES[REFINED], density).name], density) for density in (COARSE, FINE)]
-    coarse, fine = (predicted(*one) for one in pair)
+    coarse, fine = (predicted(outcome, density) for outcome, density in pair)
     away = float(np.linalg.norm(coarse - fine, axis=1).max())
     finding = below(1e3 * away, 1e3 * BAND_OF_MESHES * LENGTH, "mm")
-    error, band = shown(100 * away / LENGTH, "%"), f"{100 * BAND_OF_MESHES:g} % of the length"
+    error, band = percent(away / LENGTH), f"{percent(BAND_OF_MESHES)} of the length"
     claim = f"markers of two meshes, {POSES[REFINED].name}, largest distance"
-    yield row(NAME, claim, "0", finding, [one for one, _ in pair], error, band)
+    yield row(NAME, claim, "0", finding, [outcome for outcome, _ in pair], error, band)
 
 
 def rod(torques: tuple[float, float], with_anchor: bool) -> np.ndarray:
@@ -372,7 +372,6 @@ SCRIPT = Script(
     rows=rows,
     draw=draw,
     listings=listings,
-    columns=(),
     evidence=PUBLISHED,
     data=DATA,
 )
