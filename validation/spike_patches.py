@@ -284,7 +284,6 @@ SCRIPT = Script(
         "from the stiffness of the spikes."
     ),
     cases=cases,
-    quick=(label(COLUMNS[1], SHIPPED),),
     rows=rows,
     draw=draw,
     columns=("columns", "depth_mm", "force_N"),

@@ -176,7 +176,6 @@ SCRIPT = Script(
     figure="theory of rods; no measurement",
     about=__doc__,
     cases=lambda: CASES,
-    quick=(COARSE,),
     rows=rows,
     draw=draw,
     evidence=PUBLISHED,

@@ -368,7 +368,6 @@ SCRIPT = Script(
     figure="tud-phi/soromox, system identification of a soft tentacle",
     about=__doc__,
     cases=cases,
-    quick=(case(POSES[REFINED], COARSE).name,),
     rows=rows,
     draw=draw,
     listings=listings,
