@@ -129,7 +129,9 @@ class Newton:
         step = np.zeros(forces.size)
         step[: len(rounded)] = np.random.default_rng(0).choice((-1.0, 1.0), len(rounded)) * rounded
         step *= ROUNDED_OVER_EPSILON
-        return float(np.linalg.norm(forces.resisting(start, step))) / ROUNDED_OVER_EPSILON
+        exerted = np.linalg.norm(forces.resisting(start, step)) / ROUNDED_OVER_EPSILON
+        forces.go_back()
+        return float(exerted)
 
     def find(
         self, guess: Configuration, on_iteration: OnIteration = lambda k, share: None
