@@ -83,8 +83,10 @@ SENSES = {1: "", -1: ", motor reversed"}
 
 @dataclass(frozen=True)
 class Robot:
-    """What is compared. suffix: of its scenes; pull_factor: what its tendon carries times this is
-    the robot's pull; in_vertical: its run in a vertical pipe; overrides: of all its runs.
+    """Model of the robot that is compared.
+
+    suffix: of the names of its scenes. pull_factor: the robot's pull over the tension of its
+    tendon. in_vertical: its run in a vertical pipe. overrides: of all its runs.
     """
 
     name: str
@@ -96,7 +98,7 @@ class Robot:
     overrides: tuple[str, ...] = ()
 
     def scene(self, stem: str) -> str:
-        """The scene of that name with this robot in it."""
+        """Return the name of the scene with this robot in it."""
         return f"{stem}{self.suffix}.yaml"
 
 
@@ -104,11 +106,11 @@ SPACE = Robot("space", "_3d", "pfr_solid", 1.0, BLUE, Case("", "pfr_vertical_3d.
 SECTION = Robot("section", "", "pfr", RING, ORANGE, lowest_pressure.vertical(PIPE))
 ROBOTS = (SPACE, SECTION)
 Claim = tuple[str, str, Finding, list[Outcome]]
-"""What is claimed, the reference, what was found, the runs behind it."""
+"""Claim, reference, finding, and the runs behind it."""
 
 
 def cycle(robot: Robot, pipe: int, frequency: int) -> Case:
-    """One cycle of natural deflation in a pipe [mm] at a frequency [Hz]."""
+    """Return the case of one cycle of natural deflation in a pipe [mm] at a frequency [Hz]."""
     air = natural_deflation(round(displacement.TIME_CONSTANT, 3), displacement.END, 1)
     return Case(
         f"{pipe} mm, {frequency} Hz, {robot.name}",
@@ -118,13 +120,13 @@ def cycle(robot: Robot, pipe: int, frequency: int) -> Case:
 
 
 def rated(robot: Robot, rate: float) -> Case:
-    """One cycle at a deflation rate [kPa/s] in PIPE."""
+    """Return the case of one cycle at a deflation rate [kPa/s] in PIPE."""
     overrides = (*robot.overrides, *deflation(rate, LOWEST[PIPE]), *THINNED)
     return Case(f"{rate:g} kPa/s, {robot.name}", robot.scene(f"pfr_{PIPE}mm"), overrides)
 
 
 def held(robot: Robot, pipe: int, highest: float) -> Case:
-    """Held by a tendon in a pipe [mm], inflated to `highest` [kPa]."""
+    """Return the case of a robot held by a tendon in a pipe [mm], inflated to `highest` [kPa]."""
     case = pulling.case(pipe, BEST_FREQUENCY, highest)
     name = f"held, {pipe} mm, {highest:g} kPa, {robot.name}"
     overrides = (*robot.overrides, *case.overrides)
@@ -132,20 +134,20 @@ def held(robot: Robot, pipe: int, highest: float) -> Case:
 
 
 def upright(robot: Robot) -> Case:
-    """In a vertical pipe of 36 mm, inflated at once and let down."""
+    """Return the case of a vertical pipe of 36 mm, inflated at once and let down."""
     overrides = (*robot.overrides, *robot.in_vertical.overrides)
     return Case(f"vertical, {robot.name}", robot.in_vertical.scene, overrides)
 
 
 def vibrating(robot: Robot, frequency: int) -> Case:
-    """Mode 1 at a frequency [Hz]."""
+    """Return the case of Mode 1 at a frequency [Hz]."""
     motor = f"loads.motor.frequency={frequency} Hz"
     overrides = (*robot.overrides, motor, "time.end=2 s", *THINNED)
     return Case(f"Mode 1, {frequency} Hz, {robot.name}", robot.scene("pfr_mode1"), overrides)
 
 
 def through(robot: Robot, layout: str, sense: int = 1) -> LayoutCase:
-    """In a layout; sense: of the motor."""
+    """Return the case of a layout; sense: of the motor."""
     motor = () if sense == 1 else (f"loads.motor.sense={sense}",)
     overrides = (*robot.overrides, critical_zones.PICTURES, *motor)
     name = f"{layout}{SENSES[sense]}, {robot.name}"
@@ -153,12 +155,12 @@ def through(robot: Robot, layout: str, sense: int = 1) -> LayoutCase:
 
 
 def cases() -> list[Case]:
-    """Of both robots."""
+    """Return the cases of both robots."""
     return [case for robot in ROBOTS for case in cases_of(robot)]
 
 
 def cases_of(robot: Robot) -> Iterator[Case]:
-    """All of a robot, those first that tell most."""
+    """Yield all cases of a robot, the most informative ones first."""
     yield from (cycle(robot, pipe, BEST_FREQUENCY) for pipe in PIPES)
     yield from (held(robot, pipe, HIGHEST) for pipe in PIPES)
     yield from (held(robot, PIPE, highest) for highest in HIGHESTS if highest != HIGHEST)
@@ -171,7 +173,7 @@ def cases_of(robot: Robot) -> Iterator[Case]:
 
 
 def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
-    """Each claim with what space says, and what the section does."""
+    """Yield each claim with the finding in space and that of the section."""
     pairs = zip(claims(outcomes, SPACE), claims(outcomes, SECTION), strict=True)
     for (claim, reference, in_space, behind), (*_, in_section, _) in pairs:
         told = f"{in_space.computed}; section: {in_section.computed}, {in_section.verdict}"
@@ -179,13 +181,13 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
 
 
 def claims(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
-    """All of one robot, in the order of the rows."""
+    """Yield all claims on one robot, in the order of the rows."""
     for part in (motion, frequencies, rates, touch_and_pull, vertical, vibration, zones, branches):
         yield from part(outcomes, robot)
 
 
 def motion(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
-    """Fig 6.5: standstill, onset, end in three pipes."""
+    """Yield the claims of Fig 6.5: standstill, onset, end in three pipes."""
     for pipe in PIPES:
         outcome = outcomes[cycle(robot, pipe, BEST_FREQUENCY).name]
         for claim, reference, found in displacement.motion_findings(outcome, pipe):
@@ -193,7 +195,7 @@ def motion(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
 
 
 def frequencies(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
-    """Fig 6.5: farther at higher frequency."""
+    """Yield the claim of Fig 6.5: farther at higher frequency."""
     behind = [outcomes[cycle(robot, PIPE, f).name] for f in FREQUENCIES]
     found = rises([down_to_end(outcome) for outcome in behind], "mm")
     named = ", ".join(map(str, FREQUENCIES))
@@ -201,13 +203,13 @@ def frequencies(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
 
 
 def down_to_end(outcome: Outcome) -> float:
-    """Displacement [mm] while the pressure falls to P_M3^S of PIPE."""
+    """Return the displacement [mm] while the pressure falls to P_M3^S of PIPE."""
     cycles = falls(outcome.history)
     return MILLI * cycles[0].displacement_above(1e3 * LOWEST[PIPE]) if cycles else NAN
 
 
 def rates(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
-    """Fig 6.6 A to C: less the faster the pressure falls, nothing at last."""
+    """Yield the claims of Fig 6.6 A to C: less the faster the pressure falls, nothing at last."""
     behind = [outcomes[rated(robot, rate).name] for rate in RATES]
     found = [MILLI * displacement_while_falling(outcome.history) for outcome in behind]
     named = ", ".join(f"{rate:g}" for rate in RATES)
@@ -219,7 +221,7 @@ def rates(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
 
 
 def touch_and_pull(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
-    """Fig 4.12 and 4.11: rows that touch, pull in weights, most in the narrow pipe."""
+    """Yield the claims of Fig 4.12 and 4.11: rows that touch, pull, most in the narrow pipe."""
     at_highest = {pipe: outcomes[held(robot, pipe, HIGHEST).name] for pipe in PIPES}
     for pipe, outcome in at_highest.items():
         found = between(outcome.number("rows_at_highest"), *EXPECTED[pipe])
@@ -250,13 +252,13 @@ def touch_and_pull(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
 
 
 def pull(outcome: Outcome, robot: Robot) -> float:
-    """The robot's largest pull [N]; NaN where the run has none."""
+    """Return the robot's largest pull [N]; NaN where the run has none."""
     found = pull_of(outcome.history)
     return robot.pull_factor * found.peak if found else NAN
 
 
 def vertical(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
-    """Fig 6.6 G to I: climbs while the pressure falls, holds down to P_M3^S."""
+    """Yield the claims of Fig 6.6 G to I: climbs while the pressure falls, holds to P_M3^S."""
     outcome = outcomes[upright(robot).name]
     fall = lowest_pressure.fall_of(outcome)
     climbed = (
@@ -273,7 +275,7 @@ def vertical(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
 
 
 def vibration(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
-    """Fig 4.8: Mode 1, faster at 64 than at 192 Hz, where it is slow."""
+    """Yield the claims of Fig 4.8: Mode 1, faster at 64 than at 192 Hz, where it is slow."""
     behind = [outcomes[vibrating(robot, f).name] for f in MODE1]
     low, high = (MILLI * speed_after(each.history, mode1_speed.SETTLED) for each in behind)
     claim = f"Mode 1: faster at {MODE1[0]} than at {MODE1[1]} Hz"
@@ -283,7 +285,7 @@ def vibration(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
 
 
 def zones(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
-    """Section 6.6: bends and transitions are passed."""
+    """Yield the claims of section 6.6: bends and transitions are passed."""
     for layout in ZONES:
         outcome = outcomes[through(robot, layout).name]
         claim, where = CLAIMED[layout]
@@ -291,8 +293,9 @@ def zones(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
 
 
 def branches(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
-    """Sections 6.6, 7.2.4: a level T branch is passed, by the other exit with the motor reversed;
-    one in a vertical plane is not.
+    """Yield the claims of sections 6.6 and 7.2.4.
+
+    A level T branch is passed, by the other exit with the motor reversed; a vertical one is not.
     """
     level = [outcomes[through(robot, BRANCH, sense).name] for sense in SENSES]
     for outcome, said in zip(level, SENSES.values(), strict=True):
@@ -313,14 +316,14 @@ def branches(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
 
 
 def is_not_passed(outcome: Outcome) -> Finding:
-    """It is stuck; one that still moved when the time was up may yet pass."""
+    """Return the opposite of `is_passed`; a robot that still moved at the end is undecided."""
     found = is_passed(outcome)
     reverse = {AGREES: DISAGREES, DISAGREES: AGREES, UNKNOWN: UNKNOWN}
     return replace(found, verdict=reverse[found.verdict])
 
 
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
-    """Displacement over the falling pressure in three pipes, of both robots."""
+    """Draw displacement over the falling pressure in three pipes, of both robots."""
     with drawing(path, 2.8) as figure:
         panels = figure.subplots(1, len(PIPES), sharex=True)
         draw_falls(panels, outcomes, ROBOTS)
@@ -328,7 +331,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
 
 
 def draw_falls(panels: np.ndarray, outcomes: Outcomes, robots: Iterable[Robot]) -> None:
-    """Displacement over the falling pressure, a panel a pipe (3,); what did not run has no line."""
+    """Draw displacement over the falling pressure, a panel a pipe (3,)."""
     for robot in robots:
         for axes, pipe in zip(panels, PIPES, strict=True):
             draw_fall(axes, outcomes[cycle(robot, pipe, BEST_FREQUENCY).name], robot)
@@ -340,7 +343,7 @@ def draw_falls(panels: np.ndarray, outcomes: Outcomes, robots: Iterable[Robot]) 
 
 
 def draw_fall(axes: Axes, outcome: Outcome, robot: Robot) -> None:
-    """One cycle's."""
+    """Draw displacement over the falling pressure of one cycle."""
     line = axes.plot([], [], color=robot.colour, label=robot.name)[0]
     for fall in falls(outcome.history)[:1]:
         x = fall.x[fall.began :] - fall.x[fall.began]

@@ -148,7 +148,10 @@ class ArcSteps:
             if share <= SOUGHT_OVER_REQUIRED * newton.tolerance:
                 return Equilibrium(at, share, iterations), time
             on_iteration(len(iterations), share)
-            if len(iterations) == MOST_ITERATIONS or not share < 1.0:
+            is_last = len(iterations) == MOST_ITERATIONS
+            if is_last and share <= newton.tolerance:
+                return Equilibrium(at, share, iterations), time
+            if is_last or not share < 1.0:
                 raise NoEquilibriumError(
                     f"no equilibrium was found beyond t = {begin:.6g} s of the loads: the "
                     f"unbalanced force is {share:.3g} of the internal forces"

@@ -52,7 +52,7 @@ CONSTANTS = {
     "dragon_skin_10": tuple(f"materials.rubber.{constant}" for constant in LIBRARY),
 }
 BANDS = {"of the source": (0.05, 0.06, 0.15), "dragon_skin_10": (0.3, 0.15, 0.15)}
-"""Of drop, frequency and damping ratio."""
+"""Bands of drop, frequency and damping ratio."""
 
 SWINGS = 8
 

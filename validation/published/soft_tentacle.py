@@ -317,7 +317,7 @@ def rod(torques: tuple[float, float], with_anchor: bool) -> np.ndarray:
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:
-    """Yield the tip of the rod beside the measured one and beside the solid."""
+    """Yield the tips of the solid, of the rod of linear elasticity, and the measured one."""
 
     def away(markers: np.ndarray, others: np.ndarray) -> str:
         return shown(1e3 * float(np.linalg.norm(markers[-1] - others[-1])), "mm")
@@ -331,11 +331,14 @@ def listings(outcomes: Outcomes) -> Iterator[Listing]:
             away(predicted(outcome, COARSE), measured()[name]),
             away(rod(pose.torques, True), measured()[name]),
             away(rod(pose.torques, False), measured()[name]),
+            away(rod(pose.torques, True), rod(pose.torques, False)),
+            away(predicted(outcome, COARSE), rod(pose.torques, True)),
             away(predicted(outcome, COARSE, 1), rod(weak, True)),
         ))  # fmt: skip
     headings = (
         "pose", "solid from measured", "rod with stiff layer from measured",
-        "rod without it from measured", "solid from rod with a fifth of the torques",
+        "rod without it from measured", "rod with the layer from rod without it",
+        "solid from rod", "solid from rod with a fifth of the torques",
     )  # fmt: skip
     title = "Distance of the tip marker; added after the run, not judged"
     yield Listing(title, headings, tuple(lines))
