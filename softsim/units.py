@@ -103,6 +103,7 @@ KINDS = {
     "N*s/m": Kind("a damping coefficient", "1.3 N*s/m", ("mN*s/m", "N*s/m")),
     "N*m^2": Kind("a bending stiffness", "20 N*mm^2", ("N*mm^2", "N*m^2")),
     "N/m": Kind("a stiffness", "200 N/m", ("mN/m", "N/m", "kN/m", "MN/m")),
+    "J/m^2": Kind("an energy per area", "50 mJ/m^2", ("mJ/m^2", "J/m^2")),
 }
 
 Dimension = frozenset[tuple[str, int]]

@@ -122,6 +122,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
         outlines=rigid.outlines(names, points, stiffness, tied),
         walls=all_walls,
         contact=at_walls,
+        adhesions=contact.adhesions(names, bodies, points, all_walls, at_walls),
         friction_memory=scene.contact.friction_memory,
         friction_slip_length=scene.contact.friction_slip_length,
         self_contact=self_contact.self_contact(

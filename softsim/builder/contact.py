@@ -9,7 +9,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from softsim.builder.names import Names, close_names, in_mm
+from softsim.contact.forces import Adhesion
 from softsim.contact.surface_contact import ContactData
+from softsim.contact.wall import Wall
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.quadrature import simplex_gradients
@@ -29,7 +31,7 @@ from softsim.rigid.body import RigidBodyData
 from softsim.scene import walls
 from softsim.scene.conditions import Fixed, Symmetry
 from softsim.scene.text import Keys
-from softsim.scene.walls import Contact
+from softsim.scene.walls import AdhesionSpec, Contact
 from softsim.structures.ties import Ties
 
 # A node may start this far inside a wall: rounding of a shape that just fits.
@@ -113,6 +115,93 @@ def contact_mass(
         smallest = np.diag(body.inertia)[list(body.free[3:])].min(initial=np.inf)
         effective[body.tied] = 1.0 / (1.0 / body.mass + arm_squared / smallest)
     return effective
+
+
+# -------------------------------------------------------------------------------------------------
+# Adhesion of nodes to walls.
+
+
+def adhesions(
+    names: Names,
+    bodies: Sequence[Body],
+    points: np.ndarray,
+    walls: Sequence[Wall],
+    contact: ContactData,
+) -> tuple[Adhesion | None, ...]:
+    """Return the adhesion of the nodes of `contact` to each wall, None where nothing adheres.
+
+    points (n, d) [m] of all nodes. Raises SceneError for names that do not exist, and where the
+    penalty contact yields more than the range of the adhesion.
+    """
+    known = list(names.scene.environment.walls)
+    attraction = [np.zeros((len(contact.nodes), len(wall.names))) for wall in walls]
+    reach = [np.ones_like(forces) for forces in attraction]  # [m], where nothing attracts
+    for name, spec in names.scene.contact.adhesion.items():
+        keys = ("contact", "adhesion", name)
+        for k, wall_name in enumerate(spec.walls):
+            if wall_name not in known:
+                raise names.loaded.error(
+                    (*keys, "walls", k),
+                    f"there is no wall '{wall_name}'",
+                    close_names(wall_name, known, "walls"),
+                )
+        areas = adhering_areas(names, bodies, points, spec, keys)[contact.nodes]
+        adheres = areas > 0.0
+        k_n, areas = contact.penalty_stiffness[adheres], areas[adheres]
+        forces, ranges = cohesive_constants(names, spec, keys, k_n, areas)
+        for number, wall in enumerate(walls):
+            sticky = [not spec.walls or w.partition(".")[0] in spec.walls for w in wall.names]
+            attraction[number][np.ix_(adheres, sticky)] = forces[:, None]
+            reach[number][np.ix_(adheres, sticky)] = ranges[:, None]
+    return tuple(
+        Adhesion(forces, ranges) if forces.any() else None
+        for forces, ranges in zip(attraction, reach, strict=True)
+    )
+
+
+def adhering_areas(
+    names: Names, bodies: Sequence[Body], points: np.ndarray, spec: AdhesionSpec, keys: Keys
+) -> np.ndarray:
+    """Return the area (n,) [m^2] of the adhering surfaces that each node stands for."""
+    surfaces = spec.surfaces or tuple(names.bodies)
+    named = [
+        named_facets(names, surface, (*keys, "surfaces", k)) for k, surface in enumerate(surfaces)
+    ]
+    areas = np.zeros(len(points))
+    for body in bodies:
+        own = [f for f in named if len(f) and body.first_node <= f.flat[0] < body.nodes.stop]
+        if own:
+            whole = np.unique(np.concatenate(own), axis=0)
+            facets, corner_areas, _ = surface_of(
+                body, points, whole[~cut_faces(names, points, whole)]
+            )
+            areas += nodal_sums(facets, corner_areas, len(points))
+    return areas
+
+
+def cohesive_constants(
+    names: Names, spec: AdhesionSpec, keys: Keys, k_n: np.ndarray, areas: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the attraction F [N] and the range h [m] (k,) of nodes with a penalty stiffness
+    (k,) [N/m] and an area (k,) [m^2], so that w A = F h / 2 + F^2 / (2 k_n).
+    """
+    energy = spec.work_of_adhesion * areas
+    if spec.pull_off_stress is not None:
+        forces = spec.pull_off_stress * areas
+        ranges = 2.0 * energy / forces - forces / k_n
+    else:
+        assert spec.range is not None
+        ranges = np.full(len(areas), spec.range)
+        forces = k_n * (np.sqrt(0.25 * spec.range**2 + 2.0 * energy / k_n) - 0.5 * spec.range)
+    if (ranges < forces / k_n).any():
+        largest = np.sqrt(spec.work_of_adhesion * (k_n / areas).min())
+        key = "pull_off_stress" if spec.pull_off_stress is not None else "range"
+        raise names.loaded.error(
+            (*keys, key),
+            "the penalty contact yields more than the range of the adhesion",
+            f"set pull_off_stress to at most {largest:.3g} Pa, or raise contact.penalty_stiffness",
+        )
+    return forces, ranges
 
 
 # -------------------------------------------------------------------------------------------------

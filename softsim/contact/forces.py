@@ -21,12 +21,15 @@ limit with memory prevents this (Prakash and Clifton 1993; Cochard and Rice 2000
 with a time t* at rest and a slip length d at the speed V; it starts as the mean of mu N.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 import taichi as ti
 
 from softsim.compute import backend, fields
 from softsim.compute.fields import Number, index_field, real_field, vector_field
-from softsim.compute.term import Term
+from softsim.compute.term import PerScenario, Term
 
 BEFORE_START = -1e30
 """Time of events that have not happened yet [s], before any time of a run."""
@@ -73,6 +76,67 @@ def limit_with_memory(last, instant, age, memory, slip_length, speed, dt):
     """
     forgets_in = memory / (1.0 + memory * speed / slip_length)
     return last + (instant - last) * (dt / ti.max(dt, ti.min(forgets_in, age)))
+
+
+# -------------------------------------------------------------------------------------------------
+# Adhesion of nodes to walls: a reversible cohesive law with linear softening.
+#
+# A wall attracts a node with the force P, whose potential U depends on the gap g alone:
+#
+#     P = F,  U = F g - F h / 2                     where g <= 0,
+#     P = F (1 - g / h),  U = -F h / 2 (1 - g/h)^2  where 0 < g < h,   both zero beyond.
+#
+# F is the pull-off stress times the node's area A. At rest without load the node is F / k_n deep in
+# the wall; to pull it out of there takes the work of adhesion,
+#
+#     w A = F h / 2 + F^2 / (2 k_n),
+#
+# from which the range h follows. So w does not depend on the penalty stiffness, which only shares
+# the opening with the range (Maugis 1992, J. Colloid Interface Sci. 150:243-269, with linear softening
+# instead of a constant stress). The energy that is lost between approach and separation is that of
+# the sudden jumps of an elastic body, not of the law.
+
+
+@dataclass(frozen=True)
+class Adhesion:
+    """Adhesion of nodes to the surfaces of a wall.
+
+    attraction (k, w) [N]: force F on a node that touches, zero where nothing adheres. reach (k, w)
+    [m]: gap h at which it vanishes.
+    """
+
+    attraction: PerScenario[np.ndarray]
+    reach: PerScenario[np.ndarray]
+
+    @property
+    def farthest(self) -> float:
+        """Upper bound [m] of the gap of attraction, a power of 2.
+
+        Kernels of walls contain it, and nearly equal ranges share them.
+        """
+        return float(2.0 ** np.ceil(np.log2(self.reach[self.attraction > 0.0].max())))
+
+
+class NodalAdhesion:
+    """Adhesion of nodes in kernels; one entry of `adhesions` a scenario."""
+
+    def __init__(self, adhesions: Sequence[Adhesion]) -> None:
+        self.attraction = real_field(np.stack([a.attraction for a in adhesions]))
+        self.reach = real_field(np.stack([a.reach for a in adhesions]))
+
+    @ti.func
+    def force(self, s, i, w, gap):
+        """Return the force P [N] with which surface w attracts node i."""
+        closeness = 1.0 - gap / self.reach[s, i, w]
+        return self.attraction[s, i, w] * ti.min(ti.max(closeness, 0.0), 1.0)
+
+    @ti.func
+    def energy(self, s, i, w, gap):
+        """Return the potential U [J] of node i and surface w, negative while they adhere."""
+        h = self.reach[s, i, w]
+        closeness = ti.min(ti.max(1.0 - gap / h, 0.0), 1.0)
+        depth = ti.max(-gap, 0.0)
+        return -self.attraction[s, i, w] * (0.5 * h * closeness * closeness + depth)
 
 
 # -------------------------------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 """Contact of nodes with an obstacle: gap, normal force, friction and energy."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,9 @@ from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, PerScenario, Stage
 from softsim.contact.forces import (
     BEFORE_START,
+    Adhesion,
     Dissipation,
+    NodalAdhesion,
     NodalForces,
     limit_with_memory,
     normal_force,
@@ -57,6 +60,7 @@ class SurfaceContact(NodalForces, Dissipation):
     friction_coefficient: mu (scenarios,) [-]. friction_memory: t* of its limit (scenarios,) [s].
     slip_length: d of its limit (scenarios,) [m].
     return_times: a node that comes back within this time has chattered (scenarios,) [s].
+    adhesions: of each scenario, or None.
 
     Fields, (scenarios, k): those of contact/forces.py; friction_dissipation and
     damping_dissipation [J].
@@ -76,6 +80,7 @@ class SurfaceContact(NodalForces, Dissipation):
         friction_memory: np.ndarray,
         slip_length: np.ndarray,
         return_times: np.ndarray,
+        adhesions: Sequence[Adhesion] | None = None,
     ) -> None:
         scenarios, d = nodes.scenarios, nodes.dimension
         Dissipation.__init__(self, scenarios, len(contact_nodes))
@@ -102,6 +107,9 @@ class SurfaceContact(NodalForces, Dissipation):
         # Of friction: its limit, and the time in contact that it remembers.
         self.friction_limit, self.age = (real_field(np.zeros(shape)) for _ in range(2))
         self.left_at = real_field(np.full(shape, BEFORE_START))
+        self.adhesion = [] if adhesions is None else [NodalAdhesion(adhesions)]  # none or one
+        if adhesions:
+            obstacle.extend_reach(max(adhesion.farthest for adhesion in adhesions))
         frame.carry(self)
 
     def passes(self) -> dict[Stage, list[Pass]]:
@@ -151,6 +159,8 @@ class SurfaceContact(NodalForces, Dissipation):
         total = ti.Vector.zero(backend.real, self.nodes.dimension)
         normal_total, slipping_total, depth = ti.Vector([0.0, 0.0, 0.0])
         touched = 0  # now or in the last increment: else all is zero and stays so
+        for _ in ti.static(self.adhesion):  # its force on a node outside may have to end
+            touched = ti.cast(self.force[s, i].norm_sqr() > 0.0, ti.i32)
         for w in range(surfaces):
             gap, n = self.obstacle.gap_and_normal(s, i, w, q)
             if gap < 0.0:
@@ -176,6 +186,11 @@ class SurfaceContact(NodalForces, Dissipation):
                 touched = 1
                 v = self.frame.relative_velocity(s, x, self.nodes.velocity[s, a])
                 self._leave(s, i, w, q, n, v, t, dt)
+            for adhesion in ti.static(self.adhesion):
+                attraction = adhesion.force(s, i, w, gap)
+                if attraction > 0.0:
+                    touched = 1
+                    total -= attraction * n
         if touched == 1:
             force = self.frame.global_vector(s, total)
             self.nodes.corner_forces.write(s, self.first_slot + i, force)
@@ -251,6 +266,8 @@ class SurfaceContact(NodalForces, Dissipation):
                     stretch -= stretch.dot(n) * n
                     total += 0.5 * self.penalty_stiffness[i] * gap * gap
                     total += 0.5 * self.tangential_stiffness[i] * stretch.dot(stretch)
+                for adhesion in ti.static(self.adhesion):
+                    total += adhesion.energy(s, i, w, gap)
         return total
 
     @ti.func

@@ -154,6 +154,10 @@ class Obstacle:
     standoff: float = 0.0
     """Gap [m] at which contact begins: the radius of a round body about its node."""
 
+    def extend_reach(self, distance: float) -> None:
+        """Let contact begin at a gap that is larger by `distance` [m], where adhesion begins."""
+        self.standoff += distance
+
     def passes(self) -> dict[Stage, list[Pass]]:
         """Return the passes of an increment, none for a wall that does not change in its frame."""
         return {}
@@ -253,6 +257,9 @@ class FittedObstacle(Obstacle):
     def state_fields(self) -> dict[str, ti.Field]:
         """Return the checkpoint fields of the wall, which is closed at t = 0."""
         return self.inner.state_fields()
+
+    def extend_reach(self, distance: float) -> None:
+        self.inner.extend_reach(distance)
 
     @ti.func
     def close(self, s, i, t, dt):

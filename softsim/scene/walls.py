@@ -22,7 +22,9 @@ from softsim.scene.quantities import (
     NotNegativeTime,
     Number,
     Point,
+    PositiveEnergyPerArea,
     PositiveLength,
+    PositivePressure,
     PositiveTime,
     Spec,
     Text,
@@ -334,6 +336,38 @@ class ContactPair(Spec):
     )
 
 
+class AdhesionSpec(Spec):
+    """Adhesion of surfaces to walls, by a cohesive law with linear softening.
+
+    Give either `pull_off_stress` or `range`.
+    """
+
+    work_of_adhesion: PositiveEnergyPerArea = Field(
+        description="Energy per area that separates a surface from a wall."
+    )
+    pull_off_stress: PositivePressure | None = Field(
+        default=None, description="Largest tensile stress between surface and wall."
+    )
+    range: PositiveLength | None = Field(
+        default=None, description="Gap at which the attraction vanishes."
+    )
+    surfaces: tuple[Text, ...] = Field(
+        default=(),
+        description="Bodies or facet sets BODY.SET that adhere. Default: all bodies.",
+    )
+    walls: tuple[Name, ...] = Field(
+        default=(), description="Walls to which they adhere. Default: all walls."
+    )
+
+    @field_validator("range")
+    @classmethod
+    def one_of_two(cls, value: float | None, info: ValidationInfo) -> float | None:
+        """Require exactly one of pull-off stress and range."""
+        if (value is None) == (info.data.get("pull_off_stress") is None):
+            raise ValueError("give either pull_off_stress or range")
+        return value
+
+
 class Contact(Spec):
     """Penalty contact with Coulomb friction between bodies and walls, and between bodies."""
 
@@ -373,6 +407,11 @@ class Contact(Spec):
         le=1.0,
         description="Tangential damping divided by normal damping (ABAQUS/Explicit: TANGENT "
         "FRACTION). It acts on elastic slip only.",
+    )
+    adhesion: dict[Name, AdhesionSpec] = Field(
+        default={},
+        description="Adhesion of surfaces to walls, by a name of your choice. Where several "
+        "apply, the last one is used.",
     )
     interference_fit: tuple[Name, ...] = Field(
         default=(),

@@ -17,6 +17,7 @@ from softsim.compute.nodes import PARTS, Nodes
 from softsim.compute.term import Pass, Stage, Term
 from softsim.contact.corner_contact import CornerContact, CornerSurface
 from softsim.contact.deformable_surface import DeformableSurface
+from softsim.contact.forces import Adhesion
 from softsim.contact.neighbour_lists import NeighbourLists, margin_and_room
 from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import ContactData, SurfaceContact
@@ -80,12 +81,13 @@ class Terms:
             tie.find_slots()
 
     def _contact(
-        self, data: ContactData, obstacle: Obstacle, frame: FixedFrame, friction: list[float]
-    ) -> SurfaceContact:
+        self, data: ContactData, obstacle: Obstacle, frame: FixedFrame, friction: list[float],
+        adhesions: Sequence[Adhesion] | None = None,
+    ) -> SurfaceContact:  # fmt: skip
         return SurfaceContact(
             self.nodes, data.nodes, obstacle, frame, data.penalty_stiffness,
             data.tangential_stiffness, data.damping, data.tangential_damping, np.array(friction),
-            self.friction_memory, self.slip_length, self.return_times,
+            self.friction_memory, self.slip_length, self.return_times, adhesions,
         )  # fmt: skip
 
     def _contacts_by_wall(self, models: list[Model]) -> list[list[WallContact]]:
@@ -93,8 +95,9 @@ class Terms:
         if len(contact.nodes) == 0:
             return []
         result: list[list[WallContact]] = []
-        for walls in zip(*(m.walls for m in models), strict=True):  # a wall of each scenario
-            of_nodes = self._wall_contact(models[0], contact, walls, friction)
+        for number, walls in enumerate(zip(*(m.walls for m in models), strict=True)):
+            adhesions = [a for a in (m.adhesions[number] for m in models) if a is not None]
+            of_nodes = self._wall_contact(models[0], contact, walls, friction, adhesions or None)
             result.append([of_nodes])
             if models[0].corners is not None and any(len(wall.corners()) for wall in walls):
                 of_corners = self._corner_contact(
@@ -105,12 +108,13 @@ class Terms:
         return result
 
     def _wall_contact(
-        self, model: Model, contact: ContactData, walls: Sequence[Wall], friction: list[float]
-    ) -> SurfaceContact:
+        self, model: Model, contact: ContactData, walls: Sequence[Wall], friction: list[float],
+        adhesions: Sequence[Adhesion] | None = None,
+    ) -> SurfaceContact:  # fmt: skip
         obstacle = walls[0].obstacle(walls, model.points[contact.nodes])
         frame = walls[0].frame(walls)
         self.frames.append(frame)
-        return self._contact(contact, obstacle, frame, friction)
+        return self._contact(contact, obstacle, frame, friction, adhesions)
 
     def _corner_contact(
         self, data: CornerData, contact: ContactData, walls: Sequence[Wall], frame: FixedFrame,

@@ -1,0 +1,83 @@
+"""Adhesion of surfaces to walls, as scenes describe it."""
+
+import numpy as np
+import pytest
+
+from softsim.errors import SceneError
+
+SCENE = """
+bodies:
+  b: {mesh: {generator: block, length: 8 mm, height: 4 mm, element_size: 2 mm},
+      formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10,
+      sets: {foot: {box: [[-1 mm, -1 um], [5 mm, 1 um]]}}}
+environment:
+  walls: {floor: {kind: plane}, pipe: {kind: pipe, diameter: 30 mm}}
+contact:
+  adhesion: {glue: {work_of_adhesion: 0.1 J/m^2, pull_off_stress: 2 kPa}}
+time: {end: 1 s}
+"""
+FOOT = "contact.adhesion.glue.surfaces=[b.foot]"
+ON_FLOOR = "contact.adhesion.glue.walls=[floor]"
+
+
+def adhesion(model):
+    """The one adhesion of the wall that holds floor and pipe, and the names of its surfaces."""
+    [found], [wall] = model.adhesions, model.walls
+    return found, wall.names
+
+
+def test_all_surfaces_adhere_to_all_walls(build):
+    """The attraction of all nodes is the stress times the surface of the block, 24 mm by 5 mm."""
+    found, names = adhesion(build(SCENE))
+    assert found.attraction.sum(axis=0) == pytest.approx(np.full(len(names), 2e3 * 24e-3 * 5e-3))
+
+
+def test_named_surfaces_adhere_to_named_walls(build):
+    """Half an edge on either side of two of 2 mm, or the whole edges: the foot is 4 mm long."""
+    model = build(SCENE, FOOT, ON_FLOOR)
+    found, names = adhesion(model)
+    floor = names.index("floor")
+    assert found.attraction.sum(axis=0)[floor] == pytest.approx(2e3 * 4e-3 * 5e-3)
+    assert not np.delete(found.attraction, floor, axis=1).any()
+    adhering = model.points[model.contact.nodes][found.attraction[:, floor] > 0.0]
+    assert adhering[:, 1] == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("law", [{"pull_off_stress": "2 kPa"}, {"range": "80 um"}])
+def test_the_work_of_adhesion_does_not_depend_on_the_penalty_stiffness(build, law):
+    """w A = F h / 2 + F^2 / (2 k_n), of stress or range, with any stiffness."""
+    [(key, value)] = law.items()
+    scene = SCENE.replace("pull_off_stress: 2 kPa", f"{key}: {value}")
+    for stiffness in ("auto", "20 N/mm"):
+        model = build(scene, FOOT, f"contact.penalty_stiffness={stiffness}")
+        found, _ = adhesion(model)
+        attraction, reach = found.attraction[:, 0], found.reach[:, 0]
+        work = 0.5 * attraction * (reach + attraction / model.contact.penalty_stiffness)
+        assert work.sum() == pytest.approx(0.1 * 4e-3 * 5e-3)
+        if key == "range":
+            assert reach[attraction > 0.0] == pytest.approx(80e-6)
+
+
+def test_facets_in_a_plane_of_symmetry_do_not_adhere(build):
+    symmetry = "conditions={half: {kind: symmetry, nodes: b.foot, normal: y}}"
+    assert build(SCENE, FOOT, symmetry).adhesions == (None,)
+
+
+def test_a_scene_without_adhesion_has_none(build):
+    assert build(SCENE, "contact.adhesion={}").adhesions == (None,)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        (", pull_off_stress: 2 kPa", "", "give either pull_off_stress or range"),
+        ("2 kPa}", "2 kPa, range: 80 um}", "give either pull_off_stress or range"),
+        ("2 kPa}", "2 kPa, walls: [flor]}", "there is no wall 'flor'"),
+        ("2 kPa}", "2 kPa, surfaces: [b.feet]}", "there is no facet set 'b.feet'"),
+        ("2 kPa", "2 MPa", "yields more than the range"),
+        ("0.1 J/m^2", "0.1 J", "an energy per area"),
+    ],
+)
+def test_a_wrong_adhesion_is_refused(build, old, new, problem):
+    with pytest.raises(SceneError, match=problem):
+        build(SCENE.replace(old, new))
