@@ -92,9 +92,9 @@ def limit_with_memory(last, instant, age, memory, slip_length, speed, dt):
 #     w A = F h / 2 + F^2 / (2 k_n),
 #
 # from which the range h follows. So w does not depend on the penalty stiffness, which only shares
-# the opening with the range (Maugis 1992, J. Colloid Interface Sci. 150:243-269, with linear softening
-# instead of a constant stress). The energy that is lost between approach and separation is that of
-# the sudden jumps of an elastic body, not of the law.
+# the opening with the range. This is the model of Maugis (1992, J. Colloid Interface Sci. 150:243)
+# with linear softening instead of a constant stress. The energy that is lost between approach and
+# separation is that of the sudden jumps of an elastic body, not of the law.
 
 
 @dataclass(frozen=True)
