@@ -134,8 +134,11 @@ def adhesions(
     penalty contact yields more than the range of the adhesion.
     """
     known = list(names.scene.environment.walls)
-    attraction = [np.zeros((len(contact.nodes), len(wall.names))) for wall in walls]
-    reach = [np.ones_like(forces) for forces in attraction]  # [m], where nothing attracts
+    nothing = [np.zeros((len(contact.nodes), len(wall.names))) for wall in walls]
+    # Where nothing attracts, any positive range does.
+    found = [Adhesion(zeros, np.ones_like(zeros), np.full_like(zeros, np.inf)) for zeros in nothing]
+    materials = [region.material for body in bodies for region in body.regions]
+    softest = min(reduced_modulus(m.law.initial_shear_modulus, m.bulk_modulus) for m in materials)
     for name, spec in names.scene.contact.adhesion.items():
         keys = ("contact", "adhesion", name)
         for k, wall_name in enumerate(spec.walls):
@@ -149,14 +152,14 @@ def adhesions(
         adheres = areas > 0.0
         k_n, areas = contact.penalty_stiffness[adheres], areas[adheres]
         forces, ranges = cohesive_constants(names, spec, keys, k_n, areas)
-        for number, wall in enumerate(walls):
+        zones = softest * spec.work_of_adhesion * (areas / forces) ** 2
+        for wall, adhesion in zip(walls, found, strict=True):
             sticky = [not spec.walls or w.partition(".")[0] in spec.walls for w in wall.names]
-            attraction[number][np.ix_(adheres, sticky)] = forces[:, None]
-            reach[number][np.ix_(adheres, sticky)] = ranges[:, None]
-    return tuple(
-        Adhesion(forces, ranges) if forces.any() else None
-        for forces, ranges in zip(attraction, reach, strict=True)
-    )
+            place = np.ix_(adheres, sticky)
+            adhesion.attraction[place] = forces[:, None]
+            adhesion.reach[place] = ranges[:, None]
+            adhesion.zone[place] = zones[:, None]
+    return tuple(adhesion if adhesion.attraction.any() else None for adhesion in found)
 
 
 def adhering_areas(
@@ -387,8 +390,12 @@ def rigid_surface_of(
 
 
 def plane_strain_modulus(material: Material) -> float:
-    """Return E / (1 - nu^2) [Pa] = 4 mu (3 kappa + mu) / (3 kappa + 4 mu), of fast loads."""
-    mu, kappa = material.instantaneous_shear_modulus, material.bulk_modulus
+    """Return E / (1 - nu^2) [Pa] of fast loads."""
+    return reduced_modulus(material.instantaneous_shear_modulus, material.bulk_modulus)
+
+
+def reduced_modulus(mu: float, kappa: float) -> float:
+    """Return E* = E / (1 - nu^2) [Pa] = 4 mu (3 kappa + mu) / (3 kappa + 4 mu)."""
     return 4.0 * mu * (3.0 * kappa + mu) / (3.0 * kappa + 4.0 * mu)
 
 

@@ -102,11 +102,13 @@ class Adhesion:
     """Adhesion of nodes to the surfaces of a wall.
 
     attraction (k, w) [N]: force F on a node that touches, zero where nothing adheres. reach (k, w)
-    [m]: gap h at which it vanishes.
+    [m]: gap h at which it vanishes. zone (k, w) [m]: length E* w / s^2 of the cohesive zone at the
+    rim of a contact, infinite where nothing adheres.
     """
 
     attraction: PerScenario[np.ndarray]
     reach: PerScenario[np.ndarray]
+    zone: PerScenario[np.ndarray]
 
     @property
     def farthest(self) -> float:

@@ -23,6 +23,7 @@ from softsim.mesh.mesh import SURFACE
 from softsim.mesh.surface import at, closest_on_facets
 from softsim.model import Body, Model
 from softsim.scene.outputs import Output
+from softsim.solver.penetration import element_sizes
 from softsim.solver.rest_stiffness import linked_groups, tied_pairs
 from softsim.solver.stable_step import first_time_increment
 from softsim.structures.fibre import holding_cells
@@ -136,6 +137,8 @@ TOUCHING = 1e-6
 # wall over the model's size; a force over the softest shear modulus times the size squared; what is
 # pumped into a chamber, or its line holds, over what the chamber holds; the mass of a rigid body
 # over that of the deformable ones; a time over the run's length.
+# Elements in a cohesive zone, below which the pull-off force of a ball is wrong by more than 3 %.
+LEAST_RESOLUTION = 2.0
 FARTHEST_WALL = 1e3
 LARGEST_FORCE = 1e2
 LARGEST_FILLING, LARGEST_LINE = 1e3, 1e4
@@ -171,6 +174,7 @@ def plausibility_warnings(model: Model) -> dict[str, str]:
         **length_warnings(model),
         **meeting_warnings(model),
         **surface_warnings(model),
+        **adhesion_warnings(model),
         **clamp_warnings(model),
         **wall_warnings(model),
         **support_warnings(model),
@@ -482,6 +486,27 @@ def surface_warnings(model: Model) -> dict[str, str]:
                 f"rigid body '{rigid.name}' and body '{body.name}' have no contact with each "
                 "other and start so close that they may pass through each other: name both "
                 "in contact.self_contact or contact.pairs"
+            )
+    return found
+
+
+def adhesion_warnings(model: Model) -> dict[str, str]:
+    """Return a warning of cohesive zones that the mesh does not resolve."""
+    sizes = element_sizes(model)[model.contact.nodes]
+    found = {}
+    for wall, adhesion in zip(model.walls, model.adhesions, strict=True):
+        if adhesion is None:
+            continue
+        resolution = adhesion.zone.min(axis=1) / sizes
+        worst = int(np.argmin(resolution))
+        if resolution[worst] < LEAST_RESOLUTION:
+            zone, size = adhesion.zone[worst].min(), sizes[worst]
+            share = np.sqrt(resolution[worst] / LEAST_RESOLUTION)
+            found[f"adhesion to {wall.names[0]}"] = (
+                f"the cohesive zone at the rim of a contact is {1e3 * zone:.3g} mm long, and the "
+                f"elements are {1e3 * size:.3g} mm: the pull-off force depends on the mesh; "
+                f"multiply contact.adhesion.NAME.pull_off_stress by {share:.2g} or less, or "
+                f"make the elements {zone / size / LEAST_RESOLUTION:.2g} times as long or shorter"
             )
     return found
 

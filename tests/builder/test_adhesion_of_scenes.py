@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from softsim.errors import SceneError
+from softsim.solver.plausibility import adhesion_warnings
 
 SCENE = """
 bodies:
@@ -65,6 +66,15 @@ def test_facets_in_a_plane_of_symmetry_do_not_adhere(build):
 
 def test_a_scene_without_adhesion_has_none(build):
     assert build(SCENE, "contact.adhesion={}").adhesions == (None,)
+
+
+def test_a_cohesive_zone_that_the_mesh_does_not_resolve_gives_a_warning(build):
+    """E* w / s^2 is 7 mm at 2 kPa and 0.4 mm at 8 kPa; the elements are 2 mm."""
+    assert adhesion_warnings(build(SCENE)) == {}
+    model = build(SCENE, "contact.adhesion.glue.pull_off_stress=8 kPa")
+    [(kind, text)] = adhesion_warnings(model).items()
+    assert kind == "adhesion to floor"
+    assert "elements are 2 mm" in text and "pull_off_stress by 0.33 or less" in text
 
 
 @pytest.mark.parametrize(
