@@ -296,8 +296,8 @@ class Model:
     start of a step; end_time [s]: the latest end; cycles: pressure cycles of the robot's chamber
     after which the run ends, or None. time_increment: the user's step [s], or None for the stable
     one. friction_memory [s], friction_slip_length [m]: time and slip over which the limit of
-    friction on walls and outlines follows the normal force (contact/forces.py). adhesions: of the
-    nodes of `contact` to each wall, None where nothing adheres. self_contact: None
+    friction on walls and outlines follows the normal force (contact/forces.py). adhesions: that
+    of the nodes of `contact` to each wall, None where nothing adheres. self_contact: None
     without contact between surfaces; corners: None if walls have none. mass_scaling: None if masses
     are not scaled. relaxation: after the loads of a static procedure, None in dynamics; settling:
     relaxation before t = 0, or None. passage, crossing: criteria of a pipe layout and of a ground,

@@ -208,14 +208,16 @@ def path_samples(network: PipeNetwork) -> dict[str, np.ndarray]:
 
 
 def wall_forces(scenario: Scenario, interval: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the nodes (k,) that touched walls since the impulses were cleared, and the mean
-    forces (k, d) [N] of all walls on them.
+    """Return the nodes (k,) that pressed on walls since the impulses were cleared, and the mean
+    forces (k, d) [N] of all walls on them, adhesion included.
     """
     model = scenario.model
     impulses = np.zeros((len(model.contact.nodes), model.dimension))
+    touched = np.zeros(len(impulses), dtype=bool)
     for walls in scenario.terms.wall_contacts:
         impulses += scenario.read(walls.impulse)
-    touched = impulses.any(axis=1) if interval > 0.0 else np.zeros(len(impulses), dtype=bool)
+        touched |= scenario.read(walls.normal_impulse) > 0.0
+    touched &= interval > 0.0
     return model.contact.nodes[touched], impulses[touched] / (interval or 1.0)
 
 

@@ -130,81 +130,138 @@ def adhesions(
 ) -> tuple[Adhesion | None, ...]:
     """Return the adhesion of the nodes of `contact` to each wall, None where nothing adheres.
 
-    points (n, d) [m] of all nodes. Raises SceneError for names that do not exist, and where the
-    penalty contact yields more than the range of the adhesion.
+    points (n, d) [m] of all nodes. On a facet, the last entry of the scene counts that names it and
+    the wall. Raises SceneError for names that do not exist, for entries without effect, and where
+    the range of the adhesion is shorter than the depth of the penalty contact.
     """
-    known = list(names.scene.environment.walls)
-    nothing = [np.zeros((len(contact.nodes), len(wall.names))) for wall in walls]
-    # Where nothing attracts, any positive range does.
-    found = [Adhesion(zeros, np.ones_like(zeros), np.full_like(zeros, np.inf)) for zeros in nothing]
+    specs = names.scene.contact.adhesion
+    if not specs:
+        return (None,) * len(walls)
+    for name, spec in specs.items():
+        refuse_missing_walls(names, ("contact", "adhesion", name), spec)
+    facets, corner_areas, is_named = adhering_facets(names, bodies, points)
     materials = [region.material for body in bodies for region in body.regions]
     softest = min(reduced_modulus(m.law.initial_shear_modulus, m.bulk_modulus) for m in materials)
-    for name, spec in names.scene.contact.adhesion.items():
-        keys = ("contact", "adhesion", name)
-        for k, wall_name in enumerate(spec.walls):
-            if wall_name not in known:
-                raise names.loaded.error(
-                    (*keys, "walls", k),
-                    f"there is no wall '{wall_name}'",
-                    close_names(wall_name, known, "walls"),
-                )
-        areas = adhering_areas(names, bodies, points, spec, keys)[contact.nodes]
-        adheres = areas > 0.0
-        k_n, areas = contact.penalty_stiffness[adheres], areas[adheres]
-        forces, ranges = cohesive_constants(names, spec, keys, k_n, areas)
-        zones = softest * spec.work_of_adhesion * (areas / forces) ** 2
-        for wall, adhesion in zip(walls, found, strict=True):
-            sticky = [not spec.walls or w.partition(".")[0] in spec.walls for w in wall.names]
-            place = np.ix_(adheres, sticky)
-            adhesion.attraction[place] = forces[:, None]
-            adhesion.reach[place] = ranges[:, None]
-            adhesion.zone[place] = zones[:, None]
-    return tuple(adhesion if adhesion.attraction.any() else None for adhesion in found)
+    k_n = contact.penalty_stiffness
+
+    def of_surface(wall: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return F [N], h [m] and the length of the cohesive zone [m] (k,) at a wall."""
+        applies = [not spec.walls or wall in spec.walls for spec in specs.values()]
+        ranks = np.where(is_named & np.array(applies)[:, None], np.arange(len(specs))[:, None], -1)
+        last = ranks.max(axis=0)
+        force, energy, area = np.zeros((3, len(contact.nodes)))
+        for number, spec in enumerate(specs.values()):
+            own = last == number
+            areas = nodal_sums(facets[own], corner_areas[own], len(points))[contact.nodes]
+            force += pull_off_force(spec, k_n, areas)
+            energy += spec.work_of_adhesion * areas
+            area += areas
+        with np.errstate(divide="ignore", invalid="ignore"):
+            reach = np.where(force > 0.0, 2.0 * energy / force - force / k_n, 1.0)
+            zone = np.where(force > 0.0, softest * energy * area / force**2, np.inf)
+        refuse_short_range(names, force, energy, k_n)
+        return force, reach, zone
+
+    found = []
+    for wall in walls:
+        columns = zip(*(of_surface(name.partition(".")[0]) for name in wall.names), strict=True)
+        adhesion = Adhesion(*(np.stack(column, axis=1) for column in columns))
+        found.append(adhesion if adhesion.attraction.any() else None)
+    return tuple(found)
 
 
-def adhering_areas(
-    names: Names, bodies: Sequence[Body], points: np.ndarray, spec: AdhesionSpec, keys: Keys
-) -> np.ndarray:
-    """Return the area (n,) [m^2] of the adhering surfaces that each node stands for."""
-    surfaces = spec.surfaces or tuple(names.bodies)
-    named = [
-        named_facets(names, surface, (*keys, "surfaces", k)) for k, surface in enumerate(surfaces)
-    ]
-    areas = np.zeros(len(points))
-    for body in bodies:
-        own = [f for f in named if len(f) and body.first_node <= f.flat[0] < body.nodes.stop]
-        if own:
-            whole = np.unique(np.concatenate(own), axis=0)
-            facets, corner_areas, _ = surface_of(
-                body, points, whole[~cut_faces(names, points, whole)]
-            )
-            areas += nodal_sums(facets, corner_areas, len(points))
-    return areas
+def pull_off_force(spec: AdhesionSpec, k_n: np.ndarray, areas: np.ndarray) -> np.ndarray:
+    """Return the pull-off force F (k,) [N] of nodes with areas (k,) [m^2].
 
-
-def cohesive_constants(
-    names: Names, spec: AdhesionSpec, keys: Keys, k_n: np.ndarray, areas: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the attraction F [N] and the range h [m] (k,) of nodes with a penalty stiffness
-    (k,) [N/m] and an area (k,) [m^2], so that w A = F h / 2 + F^2 / (2 k_n).
+    With a given range h it follows from w A = F h / 2 + F^2 / (2 k_n).
     """
-    energy = spec.work_of_adhesion * areas
     if spec.pull_off_stress is not None:
-        forces = spec.pull_off_stress * areas
-        ranges = 2.0 * energy / forces - forces / k_n
-    else:
-        assert spec.range is not None
-        ranges = np.full(len(areas), spec.range)
-        forces = k_n * (np.sqrt(0.25 * spec.range**2 + 2.0 * energy / k_n) - 0.5 * spec.range)
-    if (ranges < forces / k_n).any():
-        largest = np.sqrt(spec.work_of_adhesion * (k_n / areas).min())
-        key = "pull_off_stress" if spec.pull_off_stress is not None else "range"
+        return spec.pull_off_stress * areas
+    assert spec.range is not None
+    half = 0.5 * spec.range
+    return np.asarray(k_n * (np.sqrt(half**2 + 2.0 * spec.work_of_adhesion * areas / k_n) - half))
+
+
+def refuse_missing_walls(names: Names, keys: Keys, spec: AdhesionSpec) -> None:
+    """Raise SceneError if an entry of contact.adhesion names unknown walls, or there is no wall."""
+    known = list(names.scene.environment.walls)
+    if not known:
         raise names.loaded.error(
-            (*keys, key),
-            "the penalty contact yields more than the range of the adhesion",
-            f"set pull_off_stress to at most {largest:.3g} Pa, or raise contact.penalty_stiffness",
+            keys, "there is no wall to adhere to", "add environment.walls; bodies adhere to walls"
         )
-    return forces, ranges
+    for k, name in enumerate(spec.walls):
+        if name not in known:
+            raise names.loaded.error(
+                (*keys, "walls", k),
+                f"there is no wall '{name}'",
+                close_names(name, known, "walls"),
+            )
+
+
+def adhering_facets(
+    names: Names, bodies: Sequence[Body], points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the facets (f, d) that contact.adhesion names, the areas (f, d) [m^2] of their
+    corners, and which entry names which facet (entries, f).
+
+    Raises SceneError if an entry names no facet with an area.
+    """
+    specs = names.scene.contact.adhesion
+    named = [
+        [
+            named_facets(names, surface, ("contact", "adhesion", name, "surfaces", k))
+            for k, surface in enumerate(spec.surfaces or tuple(names.bodies))
+        ]
+        for name, spec in specs.items()
+    ]
+    parts = []
+    for body in bodies:
+        nobody = np.zeros((0, body.facet_sets[SURFACE].shape[1]), dtype=int)
+        of_entries = [
+            np.concatenate([nobody, *(f for f in surfaces if is_of_body(body, f))])
+            for surfaces in named
+        ]
+        whole = np.unique(np.concatenate(of_entries), axis=0)
+        facets, corner_areas, _ = surface_of(body, points, whole[~cut_faces(names, points, whole)])
+        rows = np.sort(facets, axis=1)
+        of_body = [
+            find_rows(rows, np.unique(np.sort(simplex_facets(own)[0], axis=1), axis=0)) >= 0
+            for own in of_entries
+        ]
+        parts.append((facets, corner_areas, np.array(of_body).reshape(len(specs), -1).T))
+    facets, corner_areas, columns = (np.concatenate(part) for part in zip(*parts, strict=True))
+    is_named = columns.T
+    for name, found in zip(specs, is_named, strict=True):
+        if not found.any():
+            raise names.loaded.error(
+                ("contact", "adhesion", name),
+                "no facet of its surfaces can adhere: they belong to rigid bodies or lie in planes "
+                "of symmetry",
+                "name surfaces of deformable bodies",
+            )
+    return facets, corner_areas, is_named
+
+
+def is_of_body(body: Body, facets: np.ndarray) -> bool:
+    """Return True if facets (f, corners) are those of a body."""
+    return len(facets) > 0 and body.first_node <= int(facets.flat[0]) < body.nodes.stop
+
+
+def refuse_short_range(
+    names: Names, force: np.ndarray, energy: np.ndarray, k_n: np.ndarray
+) -> None:
+    """Raise SceneError if the range of adhesion is shorter than the depth F / k_n at some node.
+
+    force F (k,) [N], energy w A (k,) [J], k_n (k,) [N/m].
+    """
+    excess = force / np.sqrt(np.maximum(energy, 1e-300) * k_n)
+    if excess.max(initial=0.0) > 1.0:
+        raise names.loaded.error(
+            ("contact", "adhesion"),
+            "the range of the adhesion is shorter than the depth F / k_n of the penalty contact",
+            f"lower pull_off_stress by a factor of {excess.max():.3g} or more, set a longer range, "
+            "or raise contact.penalty_stiffness",
+        )
 
 
 # -------------------------------------------------------------------------------------------------
@@ -235,7 +292,7 @@ def self_contact(
         return None
     named, surfaces = list(by_name.values()), []
     for body in bodies:
-        own = [f for f in named if body.first_node <= f.flat[0] < body.nodes.stop]
+        own = [f for f in named if is_of_body(body, f)]
         if own:
             whole = np.unique(np.concatenate(own), axis=0)
             surfaces.append(surface_of(body, points, whole[~cut_faces(names, points, whole)]))

@@ -91,10 +91,11 @@ def limit_with_memory(last, instant, age, memory, slip_length, speed, dt):
 #
 #     w A = F h / 2 + F^2 / (2 k_n),
 #
-# from which the range h follows. So w does not depend on the penalty stiffness, which only shares
-# the opening with the range. This is the model of Maugis (1992, J. Colloid Interface Sci. 150:243)
-# with linear softening instead of a constant stress. The energy that is lost between approach and
-# separation is that of the sudden jumps of an elastic body, not of the law.
+# from which the range h follows. So w does not depend on the penalty stiffness, which only decides
+# which part of the separation lies inside the wall, F / k_n, and which outside, h. This is the
+# model of Maugis (1992, J. Colloid Interface Sci. 150:243) with linear softening instead of a
+# constant stress. The energy that is lost between approach and separation is that of the sudden
+# jumps of an elastic body, not of the law.
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ class Adhesion:
     def farthest(self) -> float:
         """Upper bound [m] of the gap of attraction, a power of 2.
 
-        Kernels of walls contain it, and nearly equal ranges share them.
+        It is a constant in the kernels of some walls, which nearly equal ranges reuse.
         """
         return float(2.0 ** np.ceil(np.log2(self.reach[self.attraction > 0.0].max())))
 
@@ -129,16 +130,19 @@ class NodalAdhesion:
     @ti.func
     def force(self, s, i, w, gap):
         """Return the force P [N] with which surface w attracts node i."""
-        closeness = 1.0 - gap / self.reach[s, i, w]
-        return self.attraction[s, i, w] * ti.min(ti.max(closeness, 0.0), 1.0)
+        return self.attraction[s, i, w] * self._closeness(s, i, w, gap)
 
     @ti.func
     def energy(self, s, i, w, gap):
         """Return the potential U [J] of node i and surface w, negative while they adhere."""
-        h = self.reach[s, i, w]
-        closeness = ti.min(ti.max(1.0 - gap / h, 0.0), 1.0)
-        depth = ti.max(-gap, 0.0)
-        return -self.attraction[s, i, w] * (0.5 * h * closeness * closeness + depth)
+        closeness, depth = self._closeness(s, i, w, gap), ti.max(-gap, 0.0)
+        outside = 0.5 * self.reach[s, i, w] * closeness * closeness
+        return -self.attraction[s, i, w] * (outside + depth)
+
+    @ti.func
+    def _closeness(self, s, i, w, gap):
+        """Return 1 - g / h, within 0 and 1."""
+        return ti.min(ti.max(1.0 - gap / self.reach[s, i, w], 0.0), 1.0)
 
 
 # -------------------------------------------------------------------------------------------------
@@ -242,6 +246,9 @@ class NodalForces:
     def pressing_force(self) -> ti.Field:
         """Normal forces (scenarios, k) [N] of the nodes, or of what touches in their place."""
         return self.normal_force
+
+    def release_distant(self) -> None:
+        """Set forces to zero that adhesion of an earlier step left; here there are none."""
 
     def impulses(self) -> list[ti.Field]:
         """Return the fields of the impulses of each node."""

@@ -101,16 +101,16 @@ class NetworkObstacle(Obstacle):
         it is found free again.
         """
         answer = 1
-        clearance = self.clearance[s, i]
-        if (x - self.seen[s, i]).norm_sqr() < clearance * clearance:
+        clearance = self.clearance[s, i] - self.standoff
+        if clearance > 0.0 and (x - self.seen[s, i]).norm_sqr() < clearance * clearance:
             answer = 0
         else:
             self.follow(s, i, x)
             gap, _ = self.gap_and_normal(s, i, 0, x)
-            gap -= self.standoff
             self.seen[s, i] = x
             self.clearance[s, i] = ti.max(gap, 0.0)
-            if gap > 0.0 and clearance > 0.0:  # without clearance it touched, which has to end
+            # Without clearance it touched, which has to end.
+            if gap > self.standoff and clearance > 0.0:
                 answer = 0
         return answer
 

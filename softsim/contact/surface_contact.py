@@ -60,7 +60,7 @@ class SurfaceContact(NodalForces, Dissipation):
     friction_coefficient: mu (scenarios,) [-]. friction_memory: t* of its limit (scenarios,) [s].
     slip_length: d of its limit (scenarios,) [m].
     return_times: a node that comes back within this time has chattered (scenarios,) [s].
-    adhesions: of each scenario, or None.
+    adhesions: adhesion of the nodes in each scenario; none where nothing adheres.
 
     Fields, (scenarios, k): those of contact/forces.py; friction_dissipation and
     damping_dissipation [J].
@@ -80,7 +80,7 @@ class SurfaceContact(NodalForces, Dissipation):
         friction_memory: np.ndarray,
         slip_length: np.ndarray,
         return_times: np.ndarray,
-        adhesions: Sequence[Adhesion] | None = None,
+        adhesions: Sequence[Adhesion] = (),
     ) -> None:
         scenarios, d = nodes.scenarios, nodes.dimension
         Dissipation.__init__(self, scenarios, len(contact_nodes))
@@ -107,7 +107,7 @@ class SurfaceContact(NodalForces, Dissipation):
         # Of friction: its limit, and the time in contact that it remembers.
         self.friction_limit, self.age = (real_field(np.zeros(shape)) for _ in range(2))
         self.left_at = real_field(np.full(shape, BEFORE_START))
-        self.adhesion = [] if adhesions is None else [NodalAdhesion(adhesions)]  # none or one
+        self.adhesion = [NodalAdhesion(adhesions)] if adhesions else []  # none or one
         if adhesions:
             obstacle.extend_reach(max(adhesion.farthest for adhesion in adhesions))
         frame.carry(self)
@@ -144,6 +144,21 @@ class SurfaceContact(NodalForces, Dissipation):
         super().forget_dissipation(scenario)
         self.forget_times(scenario)
         fields.write_row(self.left_at, scenario, BEFORE_START)
+
+    def release_distant(self) -> None:
+        """Set the forces on nodes that touch nothing to zero: those of an earlier step's adhesion.
+
+        Where the present step has adhesion, its next increment computes them anew.
+        """
+        apart = ~(fields.read(self.touching) > 0).any(axis=2)
+        slots = slice(self.first_slot, self.first_slot + apart.shape[1])
+        force = fields.read(self.force)
+        force[apart] = 0.0
+        fields.write(self.force, force)
+        for component in self.nodes.corner_forces.component:
+            in_slots = fields.read(component)
+            in_slots[:, slots][apart] = 0.0
+            fields.write(component, in_slots)
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
         """Return the columns of the history, which are those of the frame."""
@@ -255,7 +270,7 @@ class SurfaceContact(NodalForces, Dissipation):
 
     @ti.func
     def stored_energy(self, s, part):
-        """Return the energy in the penalty springs, normal and tangential [J]."""
+        """Return the energy in the penalty springs and of adhesion [J]."""
         total = ti.cast(0.0, backend.real)
         for i in range(self.count.first(part), self.count.first(part + 1)):
             q = self.frame.local_position(s, self.nodes.position[s, self.node[i]])

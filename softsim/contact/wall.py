@@ -152,7 +152,7 @@ class Obstacle:
     count: int
     gap_and_normal: Any
     standoff: float = 0.0
-    """Gap [m] at which contact begins: the radius of a round body about its node."""
+    """Gap [m] at which contact begins: radius of a round body about its node, range of adhesion."""
 
     def extend_reach(self, distance: float) -> None:
         """Let contact begin at a gap that is larger by `distance` [m], where adhesion begins."""
@@ -324,8 +324,11 @@ class OffsetObstacle(Obstacle):
     """Obstacle offset by a radius [m]."""
 
     def __init__(self, obstacle: Obstacle, radius: float) -> None:
-        self.inner, self.standoff, self.count = obstacle, radius, obstacle.count
-        obstacle.standoff = radius
+        self.inner, self.radius, self.count = obstacle, radius, obstacle.count
+        obstacle.extend_reach(radius)
+
+    def extend_reach(self, distance: float) -> None:
+        self.inner.extend_reach(distance)
 
     def passes(self) -> dict[Stage, list[Pass]]:
         return self.inner.passes()
@@ -342,4 +345,4 @@ class OffsetObstacle(Obstacle):
     def gap_and_normal(self, s, i, w, q):
         """Return the signed gap [m] of a ball about q, and the unit normal."""
         gap, n = self.inner.gap_and_normal(s, i, w, q)
-        return gap - self.standoff, n
+        return gap - self.radius, n

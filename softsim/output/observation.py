@@ -66,7 +66,7 @@ def columns(model: Model) -> dict[str, str]:
         "external_work": "J",  # ALLWK: pressure, motor, forces, gravity
         "friction_dissipation": "J",  # ALLFD: contact, tethers
         "viscous_dissipation": "J",  # ALLVD + ALLCD: dashpots, bulk viscosity, relaxation's damping
-        "contact_energy": "J",  # ALLPW: penalty springs
+        "contact_energy": "J",  # ALLPW: penalty springs, adhesion
         "energy_error": "-",  # |ETOTAL - ETOTAL(0)| over the largest reference energy
     }
     if model.relaxation is not None:

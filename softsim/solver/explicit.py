@@ -386,6 +386,8 @@ class ExplicitSolver:
             if name in state and fields.shape_of(field) == state[name].shape:
                 fields.write(field, state[name])
         self.times[:] = time
+        for contact in self.terms.contacts:
+            contact.release_distant()
         velocity = self.terms.nodes.velocity
         fields.write(velocity, fields.read(velocity) * self.models[0].is_free)
         self._forget_lists()

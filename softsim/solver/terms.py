@@ -82,7 +82,7 @@ class Terms:
 
     def _contact(
         self, data: ContactData, obstacle: Obstacle, frame: FixedFrame, friction: list[float],
-        adhesions: Sequence[Adhesion] | None = None,
+        adhesions: Sequence[Adhesion] = (),
     ) -> SurfaceContact:  # fmt: skip
         return SurfaceContact(
             self.nodes, data.nodes, obstacle, frame, data.penalty_stiffness,
@@ -96,8 +96,8 @@ class Terms:
             return []
         result: list[list[WallContact]] = []
         for number, walls in enumerate(zip(*(m.walls for m in models), strict=True)):
-            adhesions = [a for a in (m.adhesions[number] for m in models) if a is not None]
-            of_nodes = self._wall_contact(models[0], contact, walls, friction, adhesions or None)
+            adhesions = [a for m in models for a in m.adhesions[number : number + 1] if a]
+            of_nodes = self._wall_contact(models[0], contact, walls, friction, adhesions)
             result.append([of_nodes])
             if models[0].corners is not None and any(len(wall.corners()) for wall in walls):
                 of_corners = self._corner_contact(
@@ -109,7 +109,7 @@ class Terms:
 
     def _wall_contact(
         self, model: Model, contact: ContactData, walls: Sequence[Wall], friction: list[float],
-        adhesions: Sequence[Adhesion] | None = None,
+        adhesions: Sequence[Adhesion] = (),
     ) -> SurfaceContact:  # fmt: skip
         obstacle = walls[0].obstacle(walls, model.points[contact.nodes])
         frame = walls[0].frame(walls)

@@ -59,9 +59,25 @@ def test_the_work_of_adhesion_does_not_depend_on_the_penalty_stiffness(build, la
             assert reach[attraction > 0.0] == pytest.approx(80e-6)
 
 
-def test_facets_in_a_plane_of_symmetry_do_not_adhere(build):
-    symmetry = "conditions={half: {kind: symmetry, nodes: b.foot, normal: y}}"
-    assert build(SCENE, FOOT, symmetry).adhesions == (None,)
+def test_adjoining_surfaces_add_up_at_their_common_node(build):
+    """Each facet has the work of the last entry that names it."""
+    sets = (
+        "bodies.b.sets={here: {box: [[-5 mm, -1 um], [1 um, 1 um]]}, "
+        "there: {box: [[-1 um, -1 um], [5 mm, 1 um]]}}"
+    )
+    entries = (
+        "contact.adhesion={all: {work_of_adhesion: 1 J/m^2, range: 1 mm}, "
+        "here: {work_of_adhesion: 0.1 J/m^2, pull_off_stress: 2 kPa, surfaces: [b.here]}, "
+        "there: {work_of_adhesion: 0.3 J/m^2, pull_off_stress: 4 kPa, surfaces: [b.there]}}"
+    )
+    model = build(SCENE.replace("sets: {foot", "sets: {floor_side"), sets, entries)
+    found, _ = adhesion(model)
+    force, reach = found.attraction[:, 0], found.reach[:, 0]
+    low = model.points[model.contact.nodes][:, 1] < 1e-6
+    work = 0.5 * force * (reach + force / model.contact.penalty_stiffness)
+    [middle] = np.flatnonzero(low & (np.abs(model.points[model.contact.nodes][:, 0]) < 1e-6))
+    assert force[middle] == pytest.approx((2e3 + 4e3) * 1e-3 * 5e-3)
+    assert work[middle] == pytest.approx((0.1 + 0.3) * 1e-3 * 5e-3)
 
 
 def test_a_scene_without_adhesion_has_none(build):
@@ -77,6 +93,12 @@ def test_a_cohesive_zone_that_the_mesh_does_not_resolve_gives_a_warning(build):
     assert "elements are 2 mm" in text and "pull_off_stress by 0.33 or less" in text
 
 
+def test_surfaces_in_a_plane_of_symmetry_are_refused(build):
+    symmetry = "conditions={half: {kind: symmetry, nodes: b.foot, normal: y}}"
+    with pytest.raises(SceneError, match="planes of symmetry"):
+        build(SCENE, FOOT, symmetry)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [
@@ -84,7 +106,9 @@ def test_a_cohesive_zone_that_the_mesh_does_not_resolve_gives_a_warning(build):
         ("2 kPa}", "2 kPa, range: 80 um}", "give either pull_off_stress or range"),
         ("2 kPa}", "2 kPa, walls: [flor]}", "there is no wall 'flor'"),
         ("2 kPa}", "2 kPa, surfaces: [b.feet]}", "there is no facet set 'b.feet'"),
-        ("2 kPa", "2 MPa", "yields more than the range"),
+        ("2 kPa", "2 MPa", "shorter than the depth"),
+        ("pull_off_stress: 2 kPa", "range: 1 nm", "shorter than the depth"),
+        ("{floor: {kind: plane}, pipe: {kind: pipe, diameter: 30 mm}}", "{}", "there is no wall"),
         ("0.1 J/m^2", "0.1 J", "an energy per area"),
     ],
 )
