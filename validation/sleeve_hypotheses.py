@@ -22,7 +22,7 @@ from validation.cases import Case, Outcomes
 from validation.command import command
 from validation.digitised import Points
 from validation.script import Listing, Script
-from validation.sleeve_stiffness import FACTOR, STATED
+from validation.sleeve_stiffness import FACTOR
 from validation.space import (
     PIPE,
     SECTION,
@@ -37,7 +37,7 @@ from validation.space import (
     upright,
     vertical,
 )
-from validation.thesis import BEST_FREQUENCY, HIGHEST, HIGHESTS, PIPES
+from validation.thesis import BEST_FREQUENCY, HIGHEST, HIGHESTS, PIPES, STATED
 from validation.verdicts import AGREES, VERDICTS, Finding, Row, row
 
 NAME = "sleeve_hypotheses"

@@ -1,5 +1,6 @@
 """Numbers of the thesis that several scripts hold the simulation against, with their sections."""
 
+STATED = (36.0, 0.25, 0.023)  # kPa, C10, C20, C30 of Dragon Skin 10 (4.2.3)
 PIPES = (30, 36, 41)  # mm, inner diameters (4.2.4)
 FREQUENCIES = (64, 137, 160, 192)  # Hz, of the motor (4.2.4)
 HIGHEST = 23.0  # kPa, the best highest pressure (6.3.1)
