@@ -110,12 +110,10 @@ QUADRILATERALS = ("bodies.skin.mesh.cells=quad", "bodies.skin.mesh.element_size=
 STEPS = ("output.history_interval=5 ms", "output.frame_interval=1000 s")
 
 
-def pumped(volume: float, duration: float) -> tuple[str, ...]:
+def pumped(volume: float) -> tuple[str, ...]:
     """Return the overrides of a half section into which a volume [ml] is pumped."""
-    profile = f"{{kind: smooth_step, value: {volume:g} ml, duration: {duration:g} s}}"
-    return (
-        *QUADRILATERALS, f"loads.air.profile={profile}", f"time.end={duration:g} s", *STEPS,
-    )  # fmt: skip
+    profile = f"{{kind: smooth_step, value: {volume:g} ml, duration: 0.3 s}}"
+    return (*QUADRILATERALS, f"loads.air.profile={profile}", "time.end=0.3 s", *STEPS)
 
 
 def cases() -> list[Case]:
@@ -127,14 +125,14 @@ def cases() -> list[Case]:
         "density: 1070 kg/m^3, poisson_ratio: 0.4975}}", "bodies.skin.material=stated",
     )  # fmt: skip
     return [
-        Case(STIFF, scene, (*incompressible, *pumped(70.0, 0.3))),
-        Case(SMOOTH, scene, pumped(70.0, 0.3)),
+        Case(STIFF, scene, (*incompressible, *pumped(70.0))),
+        Case(SMOOTH, scene, pumped(70.0)),
         Case(
             MEASURED,
             scene,
-            ("bodies.skin.material=dragon_skin_10_measured", *pumped(33.0, 0.2)),
+            ("bodies.skin.material=dragon_skin_10_measured", *pumped(85.0)),
         ),
-        Case(RINGED, "skin_inflation_rings.yaml", pumped(33.0, 0.2)),
+        Case(RINGED, "skin_inflation_rings.yaml", pumped(75.0)),
         Case(SOLID, "skin_inflation_3d.yaml", STEPS),
     ]
 
@@ -257,15 +255,19 @@ def remarks(outcomes: Outcomes) -> Iterable[str]:
     limit = smooth.limit_pressure()
     if np.isnan(limit):
         return
-    touch = [np.mean(values) / smooth.pressure_at(touching(pipe)) for pipe, values in TOUCH.items()]
-    filled = np.mean(WORKING) / smooth.pressure_at(touching(FILLED * SPIKED_DIAMETER))
+    reached = {pipe: smooth.pressure_at(touching(pipe)) for pipe in TOUCH}
+    touch = [float(np.mean(values)) / reached[pipe] for pipe, values in TOUCH.items()]
+    filled = float(np.mean(WORKING)) / smooth.pressure_at(touching(FILLED * SPIKED_DIAMETER))
+    wanted = ", ".join(f"{np.mean(values):g}" for values in TOUCH.values())
+    found = ", ".join(f"{filled * pressure:.1f}" for pressure in reached.values())
     yield (
         f"The thesis's pressures cannot agree: a skin of the stated constants carries at most "
-        f"{limit:.2f} kPa in free air. The spikes leave the wall at {min(touch):.1f} to "
-        f"{max(touch):.1f} times the computed pressure, and {FILLED:g} OD_S is filled at "
-        f"{filled:.1f} times the computed pressure. A stiffer skin scales all pressures alike, so "
-        "that no single factor on the stiffness satisfies both; `sleeve_stiffness` and "
-        "`sleeve_hypotheses` examine such factors."
+        f"{limit:.2f} kPa in free air, and the thesis's P_M3^S are {min(touch):.1f} to "
+        f"{max(touch):.1f} times, its pressure at {FILLED:g} OD_S is {filled:.1f} times the "
+        "computed one. No stiffness of an elastic skin satisfies both, because it scales all "
+        f"pressures alike: a skin {filled:.1f} times as stiff reaches the pipes at {found} kPa, "
+        f"and the thesis states {wanted} kPa. `sleeve_stiffness` and `sleeve_hypotheses` examine "
+        "such factors."
     )
 
 
@@ -326,24 +328,19 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
 def _statements(axes: Axes) -> None:
     """Mark the thesis's pressures at the radii that they belong to."""
     bar: dict[str, Any] = {"color": INK, "linewidth": 4.0, "solid_capstyle": "butt"}
-    beside: dict[str, Any] = {
-        "xytext": (5, 0), "textcoords": "offset points", "va": "center", "fontsize": 8.5,
-    }  # fmt: skip
+    beside: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": 8.5}
     for pipe, (low, high) in TOUCH.items():
         axes.plot([touching(pipe)] * 2, (low - 0.15, high + 0.15), **bar)
-        axes.annotate(
-            f"$P_{{M3}}^S$, {pipe:g} mm pipe", (touching(pipe), 0.5 * (low + high)), **beside
-        )
+        middle = (touching(pipe), 0.5 * (low + high))
+        shift = (5, 11 if pipe == min(TOUCH) else 0)  # above the curves
+        axes.annotate(f"$P_{{M3}}^S$, {pipe:g} mm pipe", middle, shift, **beside)
     filled = touching(FILLED * SPIKED_DIAMETER)
     axes.plot([filled] * 2, WORKING, **bar)
     text = f"{FILLED:g} OD$_S$ at {WORKING[0]:g} to {WORKING[1]:g} kPa"
-    axes.annotate(text, (filled, WORKING[1] - 0.6), **beside)
+    axes.annotate(text, (filled, WORKING[1] - 0.6), (5, 0), **beside)
     grown = touching(GROWTH * SPIKED_DIAMETER)
     axes.axvline(grown, color=INK, linewidth=0.8, linestyle="-.")
-    axes.annotate(
-        f"{GROWTH:g} OD$_S$", (grown, 14.0), xytext=(-8, 0), textcoords="offset points",
-        ha="right", va="center", fontsize=8.5,
-    )  # fmt: skip
+    axes.annotate(f"{GROWTH:g} OD$_S$", (grown, 14.0), (-8, 0), ha="right", **beside)
     axes.plot([], [], label="statements of the thesis", **bar)
 
 
