@@ -17,7 +17,6 @@ import numpy as np
 from softsim.statics.forces import Configuration
 from softsim.statics.newton import (
     MOST_ITERATIONS,
-    SOUGHT_OVER_REQUIRED,
     Equilibrium,
     Iteration,
     Newton,
@@ -145,13 +144,10 @@ class ArcSteps:
         while True:
             forces.time = time
             residual, share = newton.unbalanced(at)
-            if share <= SOUGHT_OVER_REQUIRED * newton.tolerance:
+            if newton.is_enough(share, iterations):
                 return Equilibrium(at, share, iterations), time
             on_iteration(len(iterations), share)
-            is_last = len(iterations) == MOST_ITERATIONS
-            if is_last and share <= newton.tolerance:
-                return Equilibrium(at, share, iterations), time
-            if is_last or not share < 1.0:
+            if len(iterations) == MOST_ITERATIONS or not share < 1.0:
                 raise NoEquilibriumError(
                     f"no equilibrium was found beyond t = {begin:.6g} s of the loads: the "
                     f"unbalanced force is {share:.3g} of the internal forces"

@@ -282,6 +282,7 @@ class StaticForces:
         self._base = self._accepted
         self.time = float(self.solver.load_times[0])
         self._compute()
+        self._restore(self._accepted)  # the increment has added up work and memories of the path
 
     def _restore(self, state: dict[str, np.ndarray]) -> None:
         for name, field in self.solver.terms.state_fields().items():

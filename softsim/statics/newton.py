@@ -143,10 +143,8 @@ class Newton:
         at = guess
         iterations: list[Iteration] = []
         residual, share = self.unbalanced(at)
-        while not share <= SOUGHT_OVER_REQUIRED * self.tolerance:
+        while not self.is_enough(share, iterations):
             on_iteration(len(iterations), share)
-            if len(iterations) == MOST_ITERATIONS and share <= self.tolerance:
-                break
             if len(iterations) == MOST_ITERATIONS or not np.isfinite(share):
                 self._refuse(share)
             step, krylov = self.step(at, residual, share)
@@ -165,6 +163,11 @@ class Newton:
             if is_slow and share <= self.tolerance:
                 break
         return Equilibrium(at, share, iterations)
+
+    def is_enough(self, share: float, iterations: list[Iteration]) -> bool:
+        """Return True if an unbalanced share is accepted: less is sought, but not without end."""
+        is_last = len(iterations) == MOST_ITERATIONS
+        return share <= (1.0 if is_last else SOUGHT_OVER_REQUIRED) * self.tolerance
 
     def unbalanced(self, at: Configuration) -> tuple[np.ndarray, float]:
         """Return the residual (size,) [N] and its share of the internal forces at a trial state."""

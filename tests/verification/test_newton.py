@@ -212,6 +212,42 @@ def test_a_trial_leaves_no_trace(build, start):
     np.testing.assert_allclose(forces.residual(here), before, atol=1e-11 * forces.inner_force())
 
 
+def test_going_back_leaves_no_trace(build, start):
+    """After a load step that is given up, no field and no work differ from the accepted state."""
+    from softsim.statics.forces import StaticForces
+    from softsim.statics.newton import LoadSteps, Newton
+
+    forces = StaticForces(start(build(PRESSED_BLOCK)))
+    steps = LoadSteps(Newton(forces, 1e-6))
+    while forces.time < 12e-3:
+        steps.advance(forces.time + 1e-3)
+    accepted = forces.solver.state()
+    rng = np.random.default_rng(0)
+    far = forces.moved(forces.steer(14e-3), 1e-4 * rng.uniform(-1.0, 1.0, forces.size))
+    forces.residual(far)
+    forces.go_back()
+    for name, array in forces.solver.state().items():
+        if not name.endswith("impulse"):  # a load step begins with none
+            np.testing.assert_array_equal(array, accepted[name], err_msg=name)
+
+
+def test_less_is_accepted_at_the_last_iteration(build, start, monkeypatch):
+    """A thousandth of the tolerance is sought, and the tolerance accepted when time is up."""
+    from softsim.statics import newton
+    from softsim.statics.forces import StaticForces
+
+    text = PRESSED_BLOCK.replace("[0 mm, -0.02 mm]", "[0 mm, -9 mm]")
+    forces = StaticForces(start(build(text, "bodies.block.fixed=[bottom]")))
+    method = newton.Newton(forces, 1e-3)
+    shares = []
+    method.find(forces.steer(10e-3), lambda k, share: shares.append(share))
+    enough = next(k for k, share in enumerate(shares) if 1e-6 < share <= 1e-3)
+    forces.go_back()
+    monkeypatch.setattr(newton, "MOST_ITERATIONS", enough)
+    found = newton.Newton(forces, 1e-3).find(forces.steer(10e-3))
+    assert len(found.iterations) == enough and 1e-6 < found.unbalanced_share <= 1e-3
+
+
 def test_a_body_that_nothing_holds_is_refused(run):
     """Its weight acts along a rigid motion, which the error names."""
     text = PRESSED_BLOCK.split("conditions:")[0].replace("gravity: 0 m/s^2", "gravity: 9.81 m/s^2")

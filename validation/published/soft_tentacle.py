@@ -316,6 +316,16 @@ def rod(torques: tuple[float, float], with_anchor: bool) -> np.ndarray:
     return np.array(found)
 
 
+def strains_at_end(torques: tuple[float, float]) -> tuple[float, float]:
+    """Return the strains of linear theory at the end of the tendons: of the axis, of bending."""
+    tensions = np.array(torques) / SPOOL
+    directions = np.array([(np.sin(a), -np.cos(a)) for a in np.radians(TENDONS)])
+    radius = float(np.interp(END_OF_TENDONS, *RADII))
+    moment = np.linalg.norm(tensions @ directions) * (TENDON_OFFSET - TENDON_TAPER * END_OF_TENDONS)
+    section = MODULUS * np.pi * radius**2  # E A; E I = E A radius^2 / 4
+    return float(tensions.sum() / section), float(4.0 * moment / (section * radius))
+
+
 def listings(outcomes: Outcomes) -> Iterator[Listing]:
     """Yield the tips of the solid, of the rod of linear elasticity, and the measured one."""
 
@@ -334,11 +344,13 @@ def listings(outcomes: Outcomes) -> Iterator[Listing]:
             away(rod(pose.torques, True), rod(pose.torques, False)),
             away(predicted(outcome, COARSE), rod(pose.torques, True)),
             away(predicted(outcome, COARSE, 1), rod(weak, True)),
+            *(percent(strain) for strain in strains_at_end(pose.torques)),
         ))  # fmt: skip
     headings = (
         "pose", "solid from measured", "rod with stiff layer from measured",
         "rod without it from measured", "rod with the layer from rod without it",
         "solid from rod", "solid from rod with a fifth of the torques",
+        "tension / (E A) at the end of the tendons", "moment x radius / (E I) there",
     )  # fmt: skip
     title = "Distance of the tip marker; added after the run, not judged"
     yield Listing(title, headings, tuple(lines))

@@ -1,10 +1,10 @@
-"""The same cases computed by other programs, which must be installed: optional scripts.
+"""Optional scripts that compute published cases with other programs.
 
 python -m validation.published.others.pyelastica_rod
 python -m validation.published.others.felupe_membrane
 
-Each prints a table and writes a figure to runs/validation/others. They judge nothing: their figures
-show how far programs differ from each other.
+The programs must be installed: `pip install -e '.[test,others]'`. Each script prints a table and
+writes a figure to runs/validation/others. No verdict depends on them.
 """
 
 from pathlib import Path

@@ -2,7 +2,7 @@
 
 A Cosserat rod (extension, shear, bending, linear elasticity) of 50 elements without damping, by
 PyElastica's position Verlet. Compared with the rod of theory and with the solid in space. Needs
-`pip install pyelastica`; takes about three minutes.
+`pip install -e '.[others]'`; takes about three minutes.
 """
 
 import elastica
