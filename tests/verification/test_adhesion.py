@@ -12,9 +12,8 @@ A cylinder leaves at (3/4) (4 pi E* w^2 R)^(1/3) per length (Barquins 1988, J. A
 
 A cohesive zone, of the length E* w / s^2, has to be resolved: of 230 um at 20 kPa, 100 um at 30 kPa
 and 36 um at 50 kPa. The law softens linearly, that of Maugis is constant. Expected errors of a ball
-with a contact radius a of 1 mm at pull-off: a/R = 10 % for finite strain and the ball, which is no
-paraboloid, of which a part remains in the force; (a/H)^2 = 2 % for the depth of 8 mm, less than a
-tenth of it in the force.
+with a contact radius a of 1 mm at pull-off: a fraction of a/R = 10 % for finite strain and because the ball is no
+paraboloid; less than a tenth of (a/H)^2 = 2 % for the depth H = 8 mm.
 """
 
 import io
@@ -24,6 +23,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from softsim.compute import fields
 from softsim.output.history import read_history
 
 RADIUS, ENERGY = 10e-3, 0.5
@@ -87,15 +87,18 @@ def write_half_space(path, size, formulation):
     meshes.joined(meshes.grid(columns, rows, place)).write(path, formulation)
 
 
-def pull_off(history, tmp_path, size, stress, formulation, way, more=""):
-    """Return the largest force [N] that pulls the ball, and the largest energy error."""
+def pull_off(history, record_verification, tmp_path, size, stress, formulation, way, more=""):
+    """Return the largest force [N] that pulls the ball, until it has left."""
     write_half_space(tmp_path / "block.inp", size, formulation.partition(",")[0])
     scene = PULLED.format(
         formulation=formulation, stress=stress, way=way, end=500.0 * way, more=more
     )
     found = history(scene)
+    worst = found["energy_error"].max()
+    record_verification(f"energy error of a pull-off, {1e6 * size:g} um", 0.0, worst)
     assert found["contact_count"][0] > 10 and found["contact_count"][-1] == 0
-    return found["wall_force_y"].max(), found["energy_error"].max()
+    assert worst < 1e-3
+    return found["wall_force_y"].max()
 
 
 @pytest.mark.parametrize(
@@ -110,7 +113,7 @@ def test_a_ball_leaves_a_soft_half_space(
     history, tmp_path, record_verification, size, stress, of_maugis, of_jkr
 ):
     """Within 3 % of the solution of Maugis on two meshes, 5 % on the coarsest; towards JKR."""
-    force, energy_error = pull_off(history, tmp_path, size, stress, "axisymmetric", 0.08)
+    force = pull_off(history, record_verification, tmp_path, size, stress, "axisymmetric", 0.08)
     K = 4.0 / 3.0 * REDUCED
     maugis_parameter = 2.0 * 1e3 * stress * np.cbrt(RADIUS / (np.pi * ENERGY * K**2))
     share = 4.04 * maugis_parameter**1.4
@@ -120,20 +123,18 @@ def test_a_ball_leaves_a_soft_half_space(
     jkr = 1.5 * np.pi * ENERGY * RADIUS
     record_verification(f"pull-off of a ball, {1e6 * size:g} um, JKR [N]", jkr, force)
     assert force == pytest.approx(jkr, rel=of_jkr)
-    assert energy_error < 5e-3
 
 
 @pytest.mark.parametrize(
     ("size", "stress"), [(50e-6, 20.0), pytest.param(25e-6, 30.0, marks=pytest.mark.slow)]
 )
 def test_a_cylinder_leaves_a_soft_half_space(history, tmp_path, record_verification, size, stress):
-    """Half of it, 1 m long, within 3 % on each mesh."""
+    """The model is half of it, 1 m long. Within 3 % on each mesh."""
     section = "plane_strain, thickness: 1 m"
-    force, energy_error = pull_off(history, tmp_path, size, stress, section, 0.15, HALF)
+    force = pull_off(history, record_verification, tmp_path, size, stress, section, 0.15, HALF)
     exact = 0.75 * np.cbrt(4.0 * np.pi * REDUCED * ENERGY**2 * RADIUS)
     record_verification(f"pull-off of a cylinder, {1e6 * size:g} um, JKR", exact, 2.0 * force)
     assert 2.0 * force == pytest.approx(exact, rel=0.03)
-    assert energy_error < 5e-3
 
 
 RIGID = """
@@ -210,7 +211,8 @@ bodies:
     formulation: plane_strain
     thickness: 10 mm
     material: gel
-    sets: {upper: {box: [[-5 mm, 3.999 mm], [5 mm, 4.001 mm]]}}
+    sets: {upper: {box: [[-5 mm, 3.999 mm], [5 mm, 4.001 mm]]},
+           lower: {box: [[-5 mm, -1 um], [5 mm, 1 um]]}}
 materials: {gel: {law: neo_hooke, C10: 100 kPa, density: 1080 kg/m^3}}
 environment:
   walls: {ceiling: {kind: plane, point: [0 mm, 4 mm], normal: [0, -1]}}
@@ -222,15 +224,27 @@ output: {frame_interval: 1 s}
 """
 
 
-def test_a_block_hangs_from_a_ceiling(history, record_verification):
+IN_SPACE = BLOCK
+for plane, space in (
+    ("generator: block", "generator: box"),
+    ("height: 4 mm", "height: 4 mm, width: 10 mm"),
+    ("plane_strain\n    thickness: 10 mm", "solid"),
+    ("[[-5 mm, 3.999 mm], [5 mm, 4.001 mm]]", "[[-5 mm, 3.999 mm, -1 cm], [9 mm, 4.001 mm, 2 cm]]"),
+    ("[[-5 mm, -1 um], [5 mm, 1 um]]", "[[-5 mm, -1 um, -1 cm], [9 mm, 1 um, 2 cm]]"),
+):
+    IN_SPACE = IN_SPACE.replace(plane, space)
+
+
+@pytest.mark.parametrize("scene", [BLOCK, pytest.param(IN_SPACE, marks=pytest.mark.slow)])
+def test_a_block_hangs_from_a_ceiling(history, record_verification, scene):
     """Its weight over its face is 42 Pa: it hangs at 100 Pa and falls freely at 40 Pa."""
-    hanging = history(BLOCK)
+    hanging = history(scene)
     weight = 1080.0 * 9.81 * 8e-3 * 4e-3 * 10e-3
     force = hanging["wall_force_y"][-10:].mean()
     record_verification("force that holds a block on a ceiling [N]", weight, force)
-    assert force == pytest.approx(weight, rel=0.01)
+    assert force == pytest.approx(weight, rel=3e-3)
     assert hanging["energy_error"].max() < 5e-3
-    falling = history(BLOCK, "contact.adhesion.glue.pull_off_stress=40 Pa")
+    falling = history(scene, "contact.adhesion.glue.pull_off_stress=40 Pa")
     assert falling["wall_force_y"][-1] == 0.0 and falling["body_y"][-1] < -5e-3
     assert falling["energy_error"].max() < 5e-3
 
@@ -261,3 +275,59 @@ def test_separation_takes_the_work_of_adhesion(history, record_verification, sti
     record_verification(f"work of adhesion, penalty {stiffness} [J]", exact, -work.min())
     assert -work.min() == pytest.approx(exact, rel=0.03)
     assert work[-1] == pytest.approx(0.0, abs=0.03 * exact)
+
+
+ON_A_BELT = """
+conditions:
+  run: {kind: wall_motion, wall: ceiling, direction: x,
+        displacement: {kind: ramp, value: 2 mm, duration: 60 ms}}
+  held: {kind: fixed, nodes: block.upper, directions: [x]}
+"""
+
+
+def test_adhesion_raises_friction(history, record_verification):
+    """A belt below a block exerts mu (m g + s A)."""
+    scene = BLOCK.replace("point: [0 mm, 4 mm], normal: [0, -1]", "point: [0 mm, 0 mm]")
+    scene = scene.replace("surfaces: [block.upper]", "surfaces: [block.lower]") + ON_A_BELT
+    found = history(scene, "contact.friction_coefficient=0.5")
+    force = found["wall_force_x"][found["time"] > 40e-3].mean()
+    exact = 0.5 * (1080.0 * 9.81 * 8e-3 * 4e-3 * 10e-3 + 100.0 * 8e-3 * 10e-3)
+    record_verification("friction on a belt with adhesion [N]", exact, force)
+    assert force == pytest.approx(exact, rel=0.02)
+
+
+def test_scenarios_do_not_depend_on_each_other(build, fresh_taichi):
+    """A block that hangs and one that falls move alike alone and in a batch, bit by bit."""
+    from softsim.solver.explicit import ExplicitSolver
+
+    stresses = [f"contact.adhesion.glue.pull_off_stress={stress} Pa" for stress in (100, 40)]
+    models = [build(BLOCK, stress) for stress in stresses]
+    batch, *alone = (ExplicitSolver(chosen) for chosen in (models, models[:1], models[1:]))
+    for solver in (batch, *alone):
+        solver.begin(5e-6)
+        solver.advance(2000)
+    together = batch.positions()
+    assert not np.array_equal(together[0], together[1])
+    for solver, positions in zip(alone, together, strict=True):
+        np.testing.assert_array_equal(solver.positions()[0], positions)
+
+
+def test_a_step_without_adhesion_has_none(build, start):
+    """The ceiling, 0.1 mm above a block, attracts it in one step and no longer in the next."""
+    scene = BLOCK.replace("[0 mm, 4 mm]", "[0 mm, 4.1 mm]")
+    first = start(build(scene))
+    first.advance(2)
+    assert np.any(contact_forces(first) > 0.0)
+    state, time = first.state(), first.time
+    second = start(build(scene, "contact.adhesion={}"))
+    second.take_over(state, time)
+    second.advance(2)
+    np.testing.assert_array_equal(contact_forces(second), 0.0)
+    inner = fields.read(second.terms.nodes.force)[0].sum(axis=0)
+    np.testing.assert_allclose(inner, 0.0, atol=1e-12)
+
+
+def contact_forces(solver):
+    """Return the forces of the wall on the nodes (k, d) [N]."""
+    [contact] = solver.terms.contacts
+    return fields.read(contact.force)[0]
