@@ -12,8 +12,8 @@ A cylinder leaves at (3/4) (4 pi E* w^2 R)^(1/3) per length (Barquins 1988, J. A
 
 A cohesive zone, of the length E* w / s^2, has to be resolved: of 230 um at 20 kPa, 100 um at 30 kPa
 and 36 um at 50 kPa. The law softens linearly, that of Maugis is constant. Expected errors of a ball
-with a contact radius a of 1 mm at pull-off: a fraction of a/R = 10 % for finite strain and because the ball is no
-paraboloid; less than a tenth of (a/H)^2 = 2 % for the depth H = 8 mm.
+with a contact radius a of 1 mm at pull-off: a fraction of a/R = 10 % for finite strain and because
+the ball is no paraboloid; less than a tenth of (a/H)^2 = 2 % for the depth H = 8 mm.
 """
 
 import io
