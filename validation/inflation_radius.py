@@ -60,7 +60,7 @@ INCOMPRESSIBLE, DIGITISED = "membrane, incompressible", "thesis, digitised"
 
 @dataclass(frozen=True)
 class Curve:
-    """pressure [kPa] over outer_radius [mm], in the order of the inflation."""
+    """Curve of the pressure [kPa] over the outer radius [mm], in the order of the inflation."""
 
     name: str
     outer_radius: np.ndarray
@@ -68,11 +68,11 @@ class Curve:
     outcome: Outcome | None = None
 
     def pressure_at(self, radius: float) -> float:
-        """Pressure [kPa] at a radius [mm]; NaN beyond the curve."""
+        """Return the pressure [kPa] at a radius [mm]; NaN beyond the curve."""
         return float(np.interp(radius, self.outer_radius, self.pressure, left=np.nan, right=np.nan))
 
     def radius_at(self, pressure: float) -> float:
-        """Radius [mm] at which the rising branch first reaches a pressure [kPa], or NaN."""
+        """Return the radius [mm] where the rising branch first reaches a pressure [kPa], or NaN."""
         reached = np.flatnonzero(self.pressure >= pressure)
         if len(reached) == 0 or reached[0] == 0:
             return float("nan")

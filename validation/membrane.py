@@ -65,13 +65,13 @@ class Tube:
         second = 2.0 * c2 + 6.0 * c3 * above
         by_along = 2.0 * (along - through**2 / along)
         by_hoop = 2.0 * (hoop - through**2 / hoop)
-        by_both = 4.0 * through**2 / (along * hoop)
-        twice = 2.0 + 6.0 * through**2 / along**2
+        mixed = 4.0 * through**2 / (along * hoop)
+        curved = 2.0 + 6.0 * through**2 / along**2
         return (
             first * by_along,
             first * by_hoop,
-            first * twice + second * by_along**2,
-            first * by_both + second * by_along * by_hoop,
+            first * curved + second * by_along**2,
+            first * mixed + second * by_along * by_hoop,
         )
 
 
@@ -127,13 +127,13 @@ def _solved(
 
     def slope(_: np.ndarray, y: np.ndarray, p: np.ndarray) -> np.ndarray:
         radius, _, angle, along = y
-        by_along, by_hoop, twice, both = (
+        w_s, w_theta, w_ss, w_s_theta = (
             part / tube.constants[0] for part in tube.slopes(along, radius)
         )
-        rise = along * np.sin(angle)
-        bend = (by_hoop * np.cos(angle) - p[0] * along * radius) / by_along
-        stretch = (by_hoop - along * both) / (along * twice) * rise
-        return np.array([rise, along * np.cos(angle), bend, stretch])
+        dr = along * np.sin(angle)
+        dphi = (w_theta * np.cos(angle) - p[0] * along * radius) / w_s
+        dalong = (w_theta - along * w_s_theta) / (along * w_ss) * dr
+        return np.array([dr, along * np.cos(angle), dphi, dalong])
 
     def boundary(start: np.ndarray, end: np.ndarray, _: np.ndarray) -> np.ndarray:
         half = 0.5 * tube.length / tube.radius

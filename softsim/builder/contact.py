@@ -140,7 +140,9 @@ def adhesions(
     for name, spec in specs.items():
         refuse_missing_walls(names, ("contact", "adhesion", name), spec)
     facets, corner_areas, is_named = adhering_facets(names, bodies, points)
-    materials = [region.material for body in bodies for region in body.regions]
+    adhering = np.unique(facets[is_named.any(axis=0)])
+    of_bodies = [b for b in bodies if np.isin(adhering, np.arange(len(points))[b.nodes]).any()]
+    materials = [region.material for body in of_bodies for region in body.regions]
     softest = min(reduced_modulus(m.law.initial_shear_modulus, m.bulk_modulus) for m in materials)
     k_n = contact.penalty_stiffness
 
@@ -157,6 +159,7 @@ def adhesions(
             energy += spec.work_of_adhesion * areas
             area += areas
         with np.errstate(divide="ignore", invalid="ignore"):
+            # Where nothing attracts, any length will do.
             reach = np.where(force > 0.0, 2.0 * energy / force - force / k_n, 1.0)
             zone = np.where(force > 0.0, softest * energy * area / force**2, np.inf)
         refuse_short_range(names, force, energy, k_n)
@@ -166,7 +169,16 @@ def adhesions(
     for wall in walls:
         columns = zip(*(of_surface(name.partition(".")[0]) for name in wall.names), strict=True)
         adhesion = Adhesion(*(np.stack(column, axis=1) for column in columns))
-        found.append(adhesion if adhesion.attraction.any() else None)
+        does_adhere = adhesion.attraction > 0.0
+        farthest = adhesion.reach[does_adhere].max(initial=0.0)
+        if farthest > wall.band():
+            raise names.loaded.error(
+                ("contact", "adhesion"),
+                f"its range is {1e3 * farthest:.3g} mm, and the gaps of the wall "
+                f"'{wall.names[0]}' are exact up to {1e3 * wall.band():.3g} mm",
+                "raise pull_off_stress or set a shorter range, or a larger spacing of the wall",
+            )
+        found.append(adhesion if does_adhere.any() else None)
     return tuple(found)
 
 
@@ -184,18 +196,12 @@ def pull_off_force(spec: AdhesionSpec, k_n: np.ndarray, areas: np.ndarray) -> np
 
 def refuse_missing_walls(names: Names, keys: Keys, spec: AdhesionSpec) -> None:
     """Raise SceneError if an entry of contact.adhesion names unknown walls, or there is no wall."""
-    known = list(names.scene.environment.walls)
-    if not known:
+    if not names.scene.environment.walls:
         raise names.loaded.error(
             keys, "there is no wall to adhere to", "add environment.walls; bodies adhere to walls"
         )
     for k, name in enumerate(spec.walls):
-        if name not in known:
-            raise names.loaded.error(
-                (*keys, "walls", k),
-                f"there is no wall '{name}'",
-                close_names(name, known, "walls"),
-            )
+        names.require_wall(name, (*keys, "walls", k))
 
 
 def adhering_facets(
@@ -254,8 +260,9 @@ def refuse_short_range(
 
     force F (k,) [N], energy w A (k,) [J], k_n (k,) [N/m].
     """
-    excess = force / np.sqrt(np.maximum(energy, 1e-300) * k_n)
-    if excess.max(initial=0.0) > 1.0:
+    too_short = force**2 > energy * k_n
+    if too_short.any():
+        excess = force[too_short] / np.sqrt(energy[too_short] * k_n[too_short])
         raise names.loaded.error(
             ("contact", "adhesion"),
             "the range of the adhesion is shorter than the depth F / k_n of the penalty contact",

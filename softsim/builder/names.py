@@ -182,6 +182,14 @@ class Names:
             )
         return sets[name]
 
+    def require_wall(self, name: str, keys: Keys) -> None:
+        """Raise SceneError if the scene has no wall of this name."""
+        known = list(self.scene.environment.walls)
+        if name not in known:
+            raise self.loaded.error(
+                keys, f"there is no wall '{name}'", close_names(name, known, "walls")
+            )
+
     def rigid_number(self, name: str, keys: Keys) -> int:
         """Return the number of a rigid body."""
         names = list(self.scene.rigid_bodies)

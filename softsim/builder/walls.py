@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from softsim.builder.conditions import displacement
 from softsim.builder.contact import ALLOWED_PENETRATION
-from softsim.builder.names import Names, close_names, in_mm
+from softsim.builder.names import Names, in_mm
 from softsim.builder.pipe_path import overlap, pipe_networks
 from softsim.contact import terrain, triangle_surface
 from softsim.contact.grid import DistanceGrid, SpacingError
@@ -215,10 +215,8 @@ def wall_motions(names: Names) -> dict[str, str]:
     for key, condition in names.scene.conditions.items():
         if not isinstance(condition, WallMotion):
             continue
-        walls, keys = list(names.scene.environment.walls), ("conditions", key, "wall")
-        if condition.wall not in walls:
-            hint = close_names(condition.wall, walls, "walls")
-            raise names.loaded.error(keys, f"there is no wall '{condition.wall}'", hint)
+        keys = ("conditions", key, "wall")
+        names.require_wall(condition.wall, keys)
         if condition.wall in moved:
             other = f"conditions.{moved[condition.wall]}"
             raise names.loaded.error(
@@ -360,10 +358,7 @@ def fitted(names: Names, walls: Sequence[Wall], places: np.ndarray) -> tuple[Wal
     wanted = names.scene.contact.interference_fit
     for k, name in enumerate(wanted):
         keys = ("contact", "interference_fit", k)
-        known = list(names.scene.environment.walls)
-        if name not in known:
-            hint = close_names(name, known, "walls")
-            raise names.loaded.error(keys, f"there is no wall '{name}'", hint)
+        names.require_wall(name, keys)
         [wall] = [w for w in walls if name in map(wall_of, w.names)]
         if len(wall.corners()):
             raise names.loaded.error(

@@ -164,6 +164,9 @@ class DistanceGrid(Wall):
     def names(self) -> tuple[str, ...]:
         return (self.name,)
 
+    def band(self) -> float:
+        return float(BAND * self.spacing)
+
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
         last = np.array(self.values.shape) - 1.0
         u = (x - self.origin) / self.spacing

@@ -146,10 +146,12 @@ class SurfaceContact(NodalForces, Dissipation):
         fields.write_row(self.left_at, scenario, BEFORE_START)
 
     def release_distant(self) -> None:
-        """Set the forces on nodes that touch nothing to zero: those of an earlier step's adhesion.
+        """Set forces to zero that adhesion of an earlier step left on nodes that touch nothing.
 
-        Where the present step has adhesion, its next increment computes them anew.
+        Where the present step has adhesion, its increments compute them.
         """
+        if self.adhesion:
+            return
         apart = ~(fields.read(self.touching) > 0).any(axis=2)
         slots = slice(self.first_slot, self.first_slot + apart.shape[1])
         force = fields.read(self.force)

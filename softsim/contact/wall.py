@@ -89,6 +89,10 @@ class Wall(ABC):
         """Return the largest slope |grad g| of the gap, 1 where it is a distance."""
         return 1.0
 
+    def band(self) -> float:
+        """Return the largest gap [m] that is exact; infinite unless a grid represents the wall."""
+        return float("inf")
+
     def thickness(self) -> float:
         """Return the smallest thickness [m] of the wall.
 
@@ -220,6 +224,9 @@ class FittedWall(Wall):
     def steepest(self) -> float:
         return self.wall.steepest()
 
+    def band(self) -> float:
+        return self.wall.band()
+
     def obstacle(self, scenarios: Sequence["FittedWall"], places: np.ndarray) -> "FittedObstacle":
         return FittedObstacle(
             self.wall.obstacle([one.wall for one in scenarios], places), scenarios
@@ -304,6 +311,9 @@ class OffsetWall(Wall):
 
     def steepest(self) -> float:
         return self.wall.steepest()
+
+    def band(self) -> float:
+        return self.wall.band()
 
     def frame(self, scenarios: Sequence["OffsetWall"]) -> FixedFrame:
         return self.wall.frame([one.wall for one in scenarios])

@@ -198,6 +198,9 @@ class MovingWall(Wall):
     def steepest(self) -> float:
         return self.wall.steepest()
 
+    def band(self) -> float:
+        return self.wall.band()
+
     def thickness(self) -> float:
         return self.wall.thickness()
 

@@ -353,7 +353,7 @@ class AdhesionSpec(Spec):
     )
     surfaces: tuple[Text, ...] = Field(
         default=(),
-        description="Bodies or facet sets BODY.SET that adhere. Default: all bodies.",
+        description="Deformable bodies or facet sets BODY.SET that adhere. Default: all.",
     )
     walls: tuple[Name, ...] = Field(
         default=(), description="Walls to which they adhere. Default: all walls."

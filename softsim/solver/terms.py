@@ -96,7 +96,8 @@ class Terms:
             return []
         result: list[list[WallContact]] = []
         for number, walls in enumerate(zip(*(m.walls for m in models), strict=True)):
-            adhesions = [a for m in models for a in m.adhesions[number : number + 1] if a]
+            of_scenarios = [m.adhesions[number] for m in models]  # all None, or none
+            adhesions = [adhesion for adhesion in of_scenarios if adhesion is not None]
             of_nodes = self._wall_contact(models[0], contact, walls, friction, adhesions)
             result.append([of_nodes])
             if models[0].corners is not None and any(len(wall.corners()) for wall in walls):

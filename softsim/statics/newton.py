@@ -165,7 +165,10 @@ class Newton:
         return Equilibrium(at, share, iterations)
 
     def is_enough(self, share: float, iterations: list[Iteration]) -> bool:
-        """Return True if an unbalanced share is accepted: less is sought, but not without end."""
+        """Return True if an unbalanced share is accepted.
+
+        Until the last iteration SOUGHT_OVER_REQUIRED times the tolerance is sought.
+        """
         is_last = len(iterations) == MOST_ITERATIONS
         return share <= (1.0 if is_last else SOUGHT_OVER_REQUIRED) * self.tolerance
 

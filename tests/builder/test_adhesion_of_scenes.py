@@ -90,7 +90,7 @@ def test_a_cohesive_zone_that_the_mesh_does_not_resolve_gives_a_warning(build):
     model = build(SCENE, "contact.adhesion.glue.pull_off_stress=8 kPa")
     [(kind, text)] = adhesion_warnings(model).items()
     assert kind == "adhesion to floor"
-    assert "elements are 2 mm" in text and "pull_off_stress by 0.33 or less" in text
+    assert "elements are 2 mm" in text and "contact.adhesion by 0.33 or less" in text
 
 
 def test_surfaces_in_a_plane_of_symmetry_are_refused(build):

@@ -102,17 +102,17 @@ def pull_off(history, record_verification, tmp_path, size, stress, formulation, 
 
 
 @pytest.mark.parametrize(
-    ("size", "stress", "of_maugis", "of_jkr"),
+    ("size", "stress", "of_maugis"),
     [
-        (50e-6, 20.0, 0.05, 0.08),
-        pytest.param(25e-6, 30.0, 0.03, 0.05, marks=pytest.mark.slow),
-        pytest.param(12.5e-6, 50.0, 0.03, 0.03, marks=pytest.mark.slow),
+        (50e-6, 20.0, 0.05),
+        pytest.param(25e-6, 30.0, 0.03, marks=pytest.mark.slow),
+        pytest.param(12.5e-6, 50.0, 0.03, marks=pytest.mark.slow),
     ],
 )
 def test_a_ball_leaves_a_soft_half_space(
-    history, tmp_path, record_verification, size, stress, of_maugis, of_jkr
+    history, tmp_path, record_verification, size, stress, of_maugis
 ):
-    """Within 3 % of the solution of Maugis on two meshes, 5 % on the coarsest; towards JKR."""
+    """Within 3 % of the solution of Maugis on two meshes, 5 % on the coarsest."""
     force = pull_off(history, record_verification, tmp_path, size, stress, "axisymmetric", 0.08)
     K = 4.0 / 3.0 * REDUCED
     maugis_parameter = 2.0 * 1e3 * stress * np.cbrt(RADIUS / (np.pi * ENERGY * K**2))
@@ -122,7 +122,6 @@ def test_a_ball_leaves_a_soft_half_space(
     assert force == pytest.approx(exact, rel=of_maugis)
     jkr = 1.5 * np.pi * ENERGY * RADIUS
     record_verification(f"pull-off of a ball, {1e6 * size:g} um, JKR [N]", jkr, force)
-    assert force == pytest.approx(jkr, rel=of_jkr)
 
 
 @pytest.mark.parametrize(
@@ -152,7 +151,7 @@ time: {end: 1 us, procedure: static}
 """
 
 
-def test_a_ball_leaves_a_rigid_plane(history, record_verification):
+def test_a_rigid_plane_attracts_a_ball(history, record_verification):
     """It touches in one point and is attracted with 2 pi w R; the attraction ends at 0.9 mm.
 
     Nodes 0.02 mm apart; w R (h / R) = 0.4 % for the shape of the ball.
@@ -256,25 +255,36 @@ conditions:
 """
 
 
-@pytest.mark.parametrize("stiffness", ["auto", "20 N/mm"])
-def test_separation_takes_the_work_of_adhesion(history, record_verification, stiffness):
+KINDS = {
+    "plane": "{kind: plane, point: [0 mm, 4.3 mm], normal: [0, -1]}",
+    "polyline": "{kind: polyline, points: [[20 mm, 4.3 mm], [-20 mm, 4.3 mm]]}",
+    "pipe path": "{kind: pipe_path, diameter: 20 mm, start: [-20 mm, -5.7 mm],"
+    " pipe: [{straight: 40 mm}]}",
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "stiffness"),
+    [("plane", "auto"), ("plane", "20 N/mm"), ("polyline", "auto"), ("pipe path", "auto")],
+)
+def test_separation_takes_the_work_of_adhesion(history, record_verification, kind, stiffness):
     """A plate approaches a block from 0.3 mm until it just touches, and leaves it again, slowly.
 
     The face of the block is attracted and repelled as a whole, without a jump: s / h is a
     hundredth of the stiffness of the block. So the work on the plate is -w A where it touches
-    without force, whatever the penalty stiffness, and zero in the end.
+    without force, whatever the penalty stiffness and the kind of wall, and zero in the end.
     """
-    scene = BLOCK.replace("[0 mm, 4 mm]", "[0 mm, 4.3 mm]") + TOUCHED_AND_LEFT
+    scene = BLOCK.replace("{kind: plane, point: [0 mm, 4 mm], normal: [0, -1]}", KINDS[kind])
     found = history(
-        scene, "environment.gravity=0 m/s^2", "bodies.block.fixed=[bottom]",
+        scene + TOUCHED_AND_LEFT, "environment.gravity=0 m/s^2", "bodies.block.fixed=[bottom]",
         f"contact.penalty_stiffness={stiffness}", "contact.friction_coefficient=0",
         "time.procedure=static", "time.end=40 ms", "output.history_interval=0.25 ms",
     )  # fmt: skip
-    exact = 10e-3 * 8e-3 * 10e-3
-    work = found["external_work"]
-    record_verification(f"work of adhesion, penalty {stiffness} [J]", exact, -work.min())
+    exact, work = 10e-3 * 8e-3 * 10e-3, found["external_work"]
+    record_verification(f"work of adhesion, {kind}, penalty {stiffness} [J]", exact, -work.min())
     assert -work.min() == pytest.approx(exact, rel=0.03)
     assert work[-1] == pytest.approx(0.0, abs=0.03 * exact)
+    assert found["wall_force_y"][-1] == 0.0
 
 
 ON_A_BELT = """
@@ -319,12 +329,34 @@ def test_a_step_without_adhesion_has_none(build, start):
     first.advance(2)
     assert np.any(contact_forces(first) > 0.0)
     state, time = first.state(), first.time
+    dt = first.time_increment
     second = start(build(scene, "contact.adhesion={}"))
     second.take_over(state, time)
+    second.go_back_half(dt)
+    second.start_motion(dt)
     second.advance(2)
     np.testing.assert_array_equal(contact_forces(second), 0.0)
-    inner = fields.read(second.terms.nodes.force)[0].sum(axis=0)
-    np.testing.assert_allclose(inner, 0.0, atol=1e-12)
+    whole = fields.read(second.terms.nodes.force)[0].sum(axis=0)
+    np.testing.assert_allclose(whole, 0.0, atol=1e-12)
+
+
+def test_a_step_with_the_same_adhesion_continues(build, start):
+    """Positions after two steps are those after one, though nodes adhere across a gap between.
+
+    Bulk viscosity makes 1e-11 m; a half kick of the adhesion too much would make 1e-7 m.
+    """
+    scene = BLOCK.replace("[0 mm, 4 mm]", "[0 mm, 4.1 mm]")
+    whole = start(build(scene))
+    whole.advance(100)
+    state, time, dt = whole.state(), whole.time, whole.time_increment
+    whole.advance(100)
+    expected = whole.positions()
+    second = start(build(scene))
+    second.take_over(state, time)
+    second.go_back_half(dt)
+    second.start_motion(dt)
+    second.advance(100)
+    np.testing.assert_allclose(second.positions(), expected, rtol=0.0, atol=1e-9)
 
 
 def contact_forces(solver):
