@@ -343,7 +343,7 @@ def test_a_step_without_adhesion_has_none(build, start):
 def test_a_step_with_the_same_adhesion_continues(build, start):
     """Positions after two steps are those after one, though nodes adhere across a gap between.
 
-    Bulk viscosity makes 1e-11 m; a half kick of the adhesion too much would make 1e-7 m.
+    Bulk viscosity, whose forces follow the velocities, makes 1e-11 m.
     """
     scene = BLOCK.replace("[0 mm, 4 mm]", "[0 mm, 4.1 mm]")
     whole = start(build(scene))
