@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from softsim.builder.names import Names, close_names, in_mm
-from softsim.contact.forces import Adhesion
+from softsim.contact.forces import Adhesion, CohesiveLaw
 from softsim.contact.surface_contact import ContactData
 from softsim.contact.wall import Wall
 from softsim.elements.geometry import nodal_sums
@@ -131,8 +131,8 @@ def adhesions(
     """Return the adhesion of the nodes of `contact` to each wall, None where nothing adheres.
 
     points (n, d) [m] of all nodes. On a facet, the last entry of the scene counts that names it and
-    the wall. Raises SceneError for names that do not exist, for entries without effect, and where
-    the range of the adhesion is shorter than the depth of the penalty contact.
+    the wall. Raises SceneError for names that do not exist, for entries without effect, and for
+    ranges that the penalty contact or the wall does not resolve.
     """
     specs = names.scene.contact.adhesion
     if not specs:
@@ -144,54 +144,24 @@ def adhesions(
     of_bodies = [b for b in bodies if np.isin(adhering, np.arange(len(points))[b.nodes]).any()]
     materials = [region.material for body in of_bodies for region in body.regions]
     softest = min(reduced_modulus(m.law.initial_shear_modulus, m.bulk_modulus) for m in materials)
-    k_n = contact.penalty_stiffness
+    laws = [CohesiveLaw(s.work_of_adhesion, s.pull_off_stress, s.range) for s in specs.values()]
 
-    def of_surface(wall: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return F [N], h [m] and the length of the cohesive zone [m] (k,) at a wall."""
+    def areas_at(surface: str) -> np.ndarray:
+        """Return the area (entries, k) [m^2] of each node by the entry that counts at a surface."""
+        wall = surface.partition(".")[0]
         applies = [not spec.walls or wall in spec.walls for spec in specs.values()]
         ranks = np.where(is_named & np.array(applies)[:, None], np.arange(len(specs))[:, None], -1)
-        last = ranks.max(axis=0)
-        force, energy, area = np.zeros((3, len(contact.nodes)))
-        for number, spec in enumerate(specs.values()):
-            own = last == number
-            areas = nodal_sums(facets[own], corner_areas[own], len(points))[contact.nodes]
-            force += pull_off_force(spec, k_n, areas)
-            energy += spec.work_of_adhesion * areas
-            area += areas
-        with np.errstate(divide="ignore", invalid="ignore"):
-            # Where nothing attracts, any length will do.
-            reach = np.where(force > 0.0, 2.0 * energy / force - force / k_n, 1.0)
-            zone = np.where(force > 0.0, softest * energy * area / force**2, np.inf)
-        refuse_short_range(names, force, energy, k_n)
-        return force, reach, zone
+        own = [ranks.max(axis=0) == number for number in range(len(specs))]
+        areas = [nodal_sums(facets[o], corner_areas[o], len(points)) for o in own]
+        return np.array(areas)[:, contact.nodes]
 
-    found = []
+    found: list[Adhesion | None] = []
     for wall in walls:
-        columns = zip(*(of_surface(name.partition(".")[0]) for name in wall.names), strict=True)
-        adhesion = Adhesion(*(np.stack(column, axis=1) for column in columns))
-        does_adhere = adhesion.attraction > 0.0
-        farthest = adhesion.reach[does_adhere].max(initial=0.0)
-        if farthest > wall.band():
-            raise names.loaded.error(
-                ("contact", "adhesion"),
-                f"its range is {1e3 * farthest:.3g} mm, and the gaps of the wall "
-                f"'{wall.names[0]}' are exact up to {1e3 * wall.band():.3g} mm",
-                "raise pull_off_stress or set a shorter range, or a larger spacing of the wall",
-            )
-        found.append(adhesion if does_adhere.any() else None)
+        areas = np.stack([areas_at(surface) for surface in wall.names], axis=2)
+        adhesion = Adhesion.of_areas(laws, areas, contact.penalty_stiffness, softest)
+        refuse_unresolved_range(names, wall, adhesion, contact.penalty_stiffness)
+        found.append(adhesion if areas.any() else None)
     return tuple(found)
-
-
-def pull_off_force(spec: AdhesionSpec, k_n: np.ndarray, areas: np.ndarray) -> np.ndarray:
-    """Return the pull-off force F (k,) [N] of nodes with areas (k,) [m^2].
-
-    With a given range h it follows from w A = F h / 2 + F^2 / (2 k_n).
-    """
-    if spec.pull_off_stress is not None:
-        return spec.pull_off_stress * areas
-    assert spec.range is not None
-    half = 0.5 * spec.range
-    return np.asarray(k_n * (np.sqrt(half**2 + 2.0 * spec.work_of_adhesion * areas / k_n) - half))
 
 
 def refuse_missing_walls(names: Names, keys: Keys, spec: AdhesionSpec) -> None:
@@ -212,32 +182,17 @@ def adhering_facets(
 
     Raises SceneError if an entry names no facet with an area.
     """
-    specs = names.scene.contact.adhesion
-    named = [
-        [
+    named = {
+        name: [
             named_facets(names, surface, ("contact", "adhesion", name, "surfaces", k))
             for k, surface in enumerate(spec.surfaces or tuple(names.bodies))
         ]
-        for name, spec in specs.items()
-    ]
-    parts = []
-    for body in bodies:
-        nobody = np.zeros((0, body.facet_sets[SURFACE].shape[1]), dtype=int)
-        of_entries = [
-            np.concatenate([nobody, *(f for f in surfaces if is_of_body(body, f))])
-            for surfaces in named
-        ]
-        whole = np.unique(np.concatenate(of_entries), axis=0)
-        facets, corner_areas, _ = surface_of(body, points, whole[~cut_faces(names, points, whole)])
-        rows = np.sort(facets, axis=1)
-        of_body = [
-            find_rows(rows, np.unique(np.sort(simplex_facets(own)[0], axis=1), axis=0)) >= 0
-            for own in of_entries
-        ]
-        parts.append((facets, corner_areas, np.array(of_body).reshape(len(specs), -1).T))
-    facets, corner_areas, columns = (np.concatenate(part) for part in zip(*parts, strict=True))
-    is_named = columns.T
-    for name, found in zip(specs, is_named, strict=True):
+        for name, spec in names.scene.contact.adhesion.items()
+    }
+    surfaces = surfaces_of(names, bodies, points, [f for entry in named.values() for f in entry])
+    facets, corner_areas, _ = (np.concatenate(parts) for parts in zip(*surfaces, strict=True))
+    is_named = np.array([are_among(facets, entry) for entry in named.values()])
+    for name, found in zip(named, is_named, strict=True):
         if not found.any():
             raise names.loaded.error(
                 ("contact", "adhesion", name),
@@ -248,26 +203,26 @@ def adhering_facets(
     return facets, corner_areas, is_named
 
 
-def is_of_body(body: Body, facets: np.ndarray) -> bool:
-    """Return True if facets (f, corners) are those of a body."""
-    return len(facets) > 0 and body.first_node <= int(facets.flat[0]) < body.nodes.stop
-
-
-def refuse_short_range(
-    names: Names, force: np.ndarray, energy: np.ndarray, k_n: np.ndarray
-) -> None:
-    """Raise SceneError if the range of adhesion is shorter than the depth F / k_n at some node.
-
-    force F (k,) [N], energy w A (k,) [J], k_n (k,) [N/m].
+def refuse_unresolved_range(names: Names, wall: Wall, adhesion: Adhesion, k_n: np.ndarray) -> None:
+    """Raise SceneError if the range of adhesion is shorter than the depth F / k_n (k,) [N/m] at
+    some node, or longer than the gaps that are exact.
     """
-    too_short = force**2 > energy * k_n
-    if too_short.any():
-        excess = force[too_short] / np.sqrt(energy[too_short] * k_n[too_short])
+    adheres = adhesion.attraction > 0.0
+    reach, depth = adhesion.reach[adheres], (adhesion.attraction / k_n[:, None])[adheres]
+    if (reach < depth).any():
+        excess = np.sqrt(np.max(2.0 * depth / (reach + depth)))
         raise names.loaded.error(
             ("contact", "adhesion"),
             "the range of the adhesion is shorter than the depth F / k_n of the penalty contact",
-            f"lower pull_off_stress by a factor of {excess.max():.3g} or more, set a longer range, "
+            f"lower pull_off_stress by a factor of {excess:.3g} or more, set a longer range, "
             "or raise contact.penalty_stiffness",
+        )
+    if reach.max(initial=0.0) > wall.band():
+        raise names.loaded.error(
+            ("contact", "adhesion"),
+            f"its range is {1e3 * reach.max():.3g} mm, and the gaps of the wall "
+            f"'{wall.names[0]}' are exact up to {1e3 * wall.band():.3g} mm",
+            "raise pull_off_stress or set a shorter range, or a larger spacing of the wall",
         )
 
 
@@ -297,12 +252,8 @@ def self_contact(
     by_name = named_surfaces(names)
     if not by_name:
         return None
-    named, surfaces = list(by_name.values()), []
-    for body in bodies:
-        own = [f for f in named if is_of_body(body, f)]
-        if own:
-            whole = np.unique(np.concatenate(own), axis=0)
-            surfaces.append(surface_of(body, points, whole[~cut_faces(names, points, whole)]))
+    named = list(by_name.values())
+    surfaces = surfaces_of(names, bodies, points, named)
     for rigid in names.surfaces.values():
         if any(f is rigid.facets for f in named):
             surfaces.append(rigid_surface_of(names, points, rigid.facets))
@@ -420,6 +371,28 @@ def cut_faces(names: Names, points: np.ndarray, facets: np.ndarray) -> np.ndarra
     return cut
 
 
+def surfaces_of(
+    names: Names, bodies: Sequence[Body], points: np.ndarray, named: Sequence[np.ndarray]
+) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return `surface_of` each body, of its facets among the named ones (f, corners) that are free
+    to touch something.
+    """
+    surfaces = []
+    for body in bodies:
+        first, end = body.nodes.start, body.nodes.stop
+        own = [f for f in named if len(f) and first <= f.flat[0] < end]
+        whole = np.unique(np.concatenate([body.facet_sets[SURFACE][:0], *own]), axis=0)
+        surfaces.append(surface_of(body, points, whole[~cut_faces(names, points, whole)]))
+    return surfaces
+
+
+def are_among(facets: np.ndarray, named: Iterable[np.ndarray]) -> np.ndarray:
+    """Return True (f,) for facets (f, d) that are, or are half of, one of the named ones."""
+    rows = [np.zeros((0, facets.shape[1]), dtype=int)]
+    rows += [np.sort(simplex_facets(f)[0], axis=1) for f in named]
+    return find_rows(np.sort(facets, axis=1), np.unique(np.concatenate(rows), axis=0)) >= 0
+
+
 def surface_of(
     body: Body, points: np.ndarray, facets: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -495,13 +468,10 @@ def contact_groups(
     """
     usual = settings.self_friction_coefficient
     usual = settings.friction_coefficient if usual is None else usual
-    rows = np.sort(facets, axis=1)
 
     def members(names: Iterable[str]) -> np.ndarray:
         """Return the points (k + f,) of the surfaces of these names."""
-        named = [np.zeros((0, facets.shape[1]), dtype=int)]
-        named += [np.sort(simplex_facets(by_name[name])[0], axis=1) for name in names]
-        of_facets = find_rows(rows, np.unique(np.concatenate(named), axis=0)) >= 0
+        of_facets = are_among(facets, [by_name[name] for name in names])
         return np.concatenate([np.isin(nodes, facets[of_facets]), of_facets])
 
     paired = list(dict.fromkeys(name for pair in settings.pairs for name in pair.between))

@@ -91,11 +91,32 @@ def limit_with_memory(last, instant, age, memory, slip_length, speed, dt):
 #
 #     w A = F h / 2 + F^2 / (2 k_n),
 #
-# from which the range h follows. So w does not depend on the penalty stiffness, which only decides
-# which part of the separation lies inside the wall, F / k_n, and which outside, h. This is the
-# model of Maugis (1992, J. Colloid Interface Sci. 150:243) with linear softening instead of a
-# constant stress. The energy that is lost between approach and separation is that of the sudden
-# jumps of an elastic body, not of the law.
+# from which the range h follows, or F where h is given. So w does not depend on the penalty
+# stiffness, which only decides which part of the separation lies inside the wall, F / k_n, and
+# which outside, h. This is the model of Maugis (1992, J. Colloid Interface Sci. 150:243) with
+# linear softening instead of a constant stress. The energy that is lost between approach and
+# separation is that of the sudden jumps of an elastic body, not of the law.
+
+
+@dataclass(frozen=True)
+class CohesiveLaw:
+    """Adhesion per area: work w [J/m^2], with the pull-off stress s [Pa] or the range h [m]."""
+
+    work: float
+    pull_off_stress: float | None
+    range: float | None
+
+    def stress(self, compliance: np.ndarray) -> np.ndarray:
+        """Return s [Pa], with a given range the root of w = s h / 2 + s^2 c / 2.
+
+        compliance: c = A / k_n of the penalty contact [m/Pa], of any shape.
+        """
+        if self.range is None:
+            return np.full_like(compliance, self.pull_off_stress)
+        half = 0.5 * self.range
+        return np.asarray(
+            2.0 * self.work / (half + np.sqrt(half**2 + 2.0 * self.work * compliance))
+        )
 
 
 @dataclass(frozen=True)
@@ -110,6 +131,26 @@ class Adhesion:
     attraction: PerScenario[np.ndarray]
     reach: PerScenario[np.ndarray]
     zone: PerScenario[np.ndarray]
+
+    @classmethod
+    def of_areas(
+        cls, laws: Sequence[CohesiveLaw], areas: np.ndarray, k_n: np.ndarray, modulus: float
+    ) -> "Adhesion":
+        """Return the adhesion of nodes of which each law has an area A_j, areas (laws, k, w) [m^2].
+
+        Forces and energies of the laws add up: F = sum of s_j A_j, w A = sum of w_j A_j. Each law
+        has the part A_j / A of the node's penalty stiffness k_n (k,) [N/m], so that parts with one
+        law are as the whole. modulus: E* of the softer side [Pa].
+        """
+        stiffness, area = k_n[:, None], areas.sum(axis=0)
+        stresses = [law.stress(area / stiffness) for law in laws]
+        force = np.einsum("lkw,lkw->kw", stresses, areas)
+        energy = np.einsum("l,lkw->kw", [law.work for law in laws], areas)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # Where nothing attracts, any length will do.
+            reach = np.where(force > 0.0, 2.0 * energy / force - force / stiffness, 1.0)
+            zone = np.where(force > 0.0, modulus * energy * area / force**2, np.inf)
+        return cls(force, reach, zone)
 
     @property
     def farthest(self) -> float:
@@ -246,9 +287,6 @@ class NodalForces:
     def pressing_force(self) -> ti.Field:
         """Normal forces (scenarios, k) [N] of the nodes, or of what touches in their place."""
         return self.normal_force
-
-    def release_distant(self) -> None:
-        """Set forces to zero that adhesion of an earlier step left; here there are none."""
 
     def impulses(self) -> list[ti.Field]:
         """Return the fields of the impulses of each node."""

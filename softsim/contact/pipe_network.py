@@ -94,14 +94,14 @@ class NetworkObstacle(Obstacle):
         return {"near": self.near, "seen": self.seen, "clearance": self.clearance}
 
     @ti.func
-    def may_touch(self, s, i, x):
-        """Return 0 while contact node i cannot touch the wall, else 1.
+    def may_touch(self, s, i, x, reach: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Return 0 while the gap of contact node i at x exceeds `reach`, else 1.
 
-        It cannot as long as it has moved less than its gap since that was last computed, and where
-        it is found free again.
+        It does as long as the node has moved less than the excess since the gap was last computed,
+        and where it is found free again.
         """
         answer = 1
-        clearance = self.clearance[s, i] - self.standoff
+        clearance = self.clearance[s, i] - reach
         if clearance > 0.0 and (x - self.seen[s, i]).norm_sqr() < clearance * clearance:
             answer = 0
         else:
@@ -110,7 +110,7 @@ class NetworkObstacle(Obstacle):
             self.seen[s, i] = x
             self.clearance[s, i] = ti.max(gap, 0.0)
             # Without clearance it touched, which has to end.
-            if gap > self.standoff and clearance > 0.0:
+            if gap > reach and clearance > 0.0:
                 answer = 0
         return answer
 

@@ -397,18 +397,18 @@ class PolylineObstacle(Obstacle):
         return {"was_near_wall": self.was_near}
 
     @ti.func
-    def may_touch(self, s, i, x):
-        """Return 1 if contact node i at x may be in contact now, or could be at the last call.
+    def may_touch(self, s, i, x, reach: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Return 1 if the gap of node i at x may be within `reach` now, or could be at the last call.
 
         Records the answer for the next call.
         """
         number, _, beyond = self._cell(s, x)
-        near = ti.cast(self.clearance[number] <= self.standoff, ti.i32)
+        near = ti.cast(self.clearance[number] <= reach, ti.i32)
         if beyond > 0.0:
             for e in range(self.ends):
                 arm = ti.Vector([x[0], x[1]]) - self.end_point[self.line[s], e]
                 ahead = arm.dot(self.end_direction[self.line[s], e])
-                if ahead > 0.0 and arm.dot(self.end_normal[self.line[s], e]) <= self.standoff:
+                if ahead > 0.0 and arm.dot(self.end_normal[self.line[s], e]) <= reach:
                     near = 1
         result = ti.max(near, self.was_near[s, i])
         self.was_near[s, i] = near

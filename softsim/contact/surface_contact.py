@@ -108,8 +108,7 @@ class SurfaceContact(NodalForces, Dissipation):
         self.friction_limit, self.age = (real_field(np.zeros(shape)) for _ in range(2))
         self.left_at = real_field(np.full(shape, BEFORE_START))
         self.adhesion = [NodalAdhesion(adhesions)] if adhesions else []  # none or one
-        if adhesions:
-            obstacle.extend_reach(max(adhesion.farthest for adhesion in adhesions))
+        self.reach = max((adhesion.farthest for adhesion in adhesions), default=0.0)
         frame.carry(self)
 
     def passes(self) -> dict[Stage, list[Pass]]:
@@ -148,7 +147,8 @@ class SurfaceContact(NodalForces, Dissipation):
     def release_distant(self) -> None:
         """Set forces to zero that adhesion of an earlier step left on nodes that touch nothing.
 
-        Where the present step has adhesion, its increments compute them.
+        Where the present step has adhesion, its increments compute them, and the work of a moving
+        wall in its first half increment needs the last ones.
         """
         if self.adhesion:
             return
@@ -172,7 +172,7 @@ class SurfaceContact(NodalForces, Dissipation):
         a = self.node[i]
         x = self.nodes.position[s, a]
         q = self.frame.local_position(s, x)
-        surfaces = self.surfaces * self.obstacle.may_touch(s, i, q)
+        surfaces = self.surfaces * self.obstacle.may_touch(s, i, q, self.reach)
         total = ti.Vector.zero(backend.real, self.nodes.dimension)
         normal_total, slipping_total, depth = ti.Vector([0.0, 0.0, 0.0])
         touched = 0  # now or in the last increment: else all is zero and stays so

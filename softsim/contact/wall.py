@@ -155,12 +155,6 @@ class Obstacle:
 
     count: int
     gap_and_normal: Any
-    standoff: float = 0.0
-    """Gap [m] at which contact begins: radius of a round body about its node, range of adhesion."""
-
-    def extend_reach(self, distance: float) -> None:
-        """Let contact begin at a gap that is larger by `distance` [m], where adhesion begins."""
-        self.standoff += distance
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Return the passes of an increment, none for a wall that does not change in its frame."""
@@ -171,11 +165,12 @@ class Obstacle:
         return {}
 
     @ti.func
-    def may_touch(self, s, i, q):
-        """Return 0 if contact node i at q cannot touch and could not at the last call, else 1.
+    def may_touch(self, s, i, q, reach: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Return 0 if the gaps of contact node i at q exceed `reach` [m], now and at the last call.
 
-        0 saves the computation of the gaps. It is called once an increment, so a wall may update
-        its data of the node here. Walls with a cheap gap always return 1.
+        0 saves the computation of the gaps, else it is 1. It is called once an increment, so a wall
+        may update its data of the node here. reach: a constant, the largest gap at which forces act.
+        Walls with a cheap gap always return 1.
         """
         return 1
 
@@ -265,9 +260,6 @@ class FittedObstacle(Obstacle):
         """Return the checkpoint fields of the wall, which is closed at t = 0."""
         return self.inner.state_fields()
 
-    def extend_reach(self, distance: float) -> None:
-        self.inner.extend_reach(distance)
-
     @ti.func
     def close(self, s, i, t, dt):
         """Compute the fraction of the overlap that is still open at time t."""
@@ -275,9 +267,9 @@ class FittedObstacle(Obstacle):
         self.open[s] = ti.cast(1.0 - u * u * (3.0 - 2.0 * u), backend.real)
 
     @ti.func
-    def may_touch(self, s, i, q):
+    def may_touch(self, s, i, q, reach: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
         """Return 1 if a node may touch the closed wall, which is the nearer one."""
-        return self.inner.may_touch(s, i, q)
+        return self.inner.may_touch(s, i, q, reach)
 
     @ti.func
     def gap_and_normal(self, s, i, w, q):
@@ -335,10 +327,6 @@ class OffsetObstacle(Obstacle):
 
     def __init__(self, obstacle: Obstacle, radius: float) -> None:
         self.inner, self.radius, self.count = obstacle, radius, obstacle.count
-        obstacle.extend_reach(radius)
-
-    def extend_reach(self, distance: float) -> None:
-        self.inner.extend_reach(distance)
 
     def passes(self) -> dict[Stage, list[Pass]]:
         return self.inner.passes()
@@ -348,8 +336,8 @@ class OffsetObstacle(Obstacle):
         return self.inner.state_fields()
 
     @ti.func
-    def may_touch(self, s, i, q):
-        return self.inner.may_touch(s, i, q)
+    def may_touch(self, s, i, q, reach: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        return self.inner.may_touch(s, i, q, ti.static(reach + self.radius))
 
     @ti.func
     def gap_and_normal(self, s, i, w, q):

@@ -388,30 +388,25 @@ class ExplicitSolver:
         self.times[:] = time
         velocity = self.terms.nodes.velocity
         fields.write(velocity, fields.read(velocity) * self.models[0].is_free)
+        for contact in self.terms.node_contacts:
+            contact.release_distant()
         self._forget_lists()
 
     def go_back_half(self, dt: float) -> None:
         """Move velocities back by half a step dt [s] to the current time, with the last forces."""
         for s in range(self.scenarios):
             self.kernels.shift(s, self.times[s], -0.5 * dt)
-        self._release_distant()
 
     def come_to_rest(self, dt: float) -> None:
         """Set all velocities to zero, relax all Maxwell branches and reset the energy balance.
 
         dt [s]: step of the increment in which the branches relax.
         """
-        self._release_distant()
         for s in range(self.scenarios):
             self.halt(s)
             self.relax_branches(s)
         self.find_forces(dt)
         self.reset_energy_balance()
-
-    def _release_distant(self) -> None:
-        """Set the forces to zero that adhesion of an earlier step left on nodes outside walls."""
-        for contact in self.terms.contacts:
-            contact.release_distant()
 
     # --- what observers read; arrays (scenarios, ...) at the present time ------------------------
 

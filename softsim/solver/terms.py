@@ -65,6 +65,7 @@ class Terms:
         self.friction_memory = np.array([m.friction_memory for m in models])
         self.slip_length = np.array([m.friction_slip_length for m in models])
         self.return_times = np.array([return_time(m) for m in models])
+        self.node_contacts: list[SurfaceContact] = []  # of the bodies' nodes, one for each wall
         self.corner_contacts: list[CornerContact] = []
         self.frames: list[FixedFrame] = []  # of the walls, some of which move
         self.contacts_by_wall = self._contacts_by_wall(models)
@@ -99,6 +100,7 @@ class Terms:
             of_scenarios = [m.adhesions[number] for m in models]  # all None, or none
             adhesions = [adhesion for adhesion in of_scenarios if adhesion is not None]
             of_nodes = self._wall_contact(models[0], contact, walls, friction, adhesions)
+            self.node_contacts.append(of_nodes)
             result.append([of_nodes])
             if models[0].corners is not None and any(len(wall.corners()) for wall in walls):
                 of_corners = self._corner_contact(

@@ -24,7 +24,7 @@ def asking(obstacle, places, scenarios):
     @ti.kernel
     def look():
         for s, i in gaps:
-            asked[s, i] = obstacle.may_touch(s, i, x[i])
+            asked[s, i] = obstacle.may_touch(s, i, x[i], 0.0)
             gap, n = obstacle.gap_and_normal(s, i, 0, x[i])
             gaps[s, i] = gap
             normals[s, i] = n

@@ -100,7 +100,7 @@ def test_no_node_in_the_wall_is_passed_over(fresh_taichi, made):
     @ti.kernel
     def each():
         for i in asked:
-            asked[i] = obstacle.may_touch(0, i, place[i])
+            asked[i] = obstacle.may_touch(0, i, place[i], 0.0)
 
     each()
     assert fields.read(asked).all()  # nothing was known of them
