@@ -398,7 +398,7 @@ class PolylineObstacle(Obstacle):
 
     @ti.func
     def may_touch(self, s, i, x, reach: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Return 1 if the gap of node i at x may be within `reach` now, or could be at the last call.
+        """Return 1 if the gap of node i at x may be within `reach`, now or at the last call.
 
         Records the answer for the next call.
         """

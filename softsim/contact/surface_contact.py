@@ -144,22 +144,15 @@ class SurfaceContact(NodalForces, Dissipation):
         self.forget_times(scenario)
         fields.write_row(self.left_at, scenario, BEFORE_START)
 
-    def release_distant(self) -> None:
-        """Set forces to zero that adhesion of an earlier step left on nodes that touch nothing.
+    def clear_forces(self) -> None:
+        """Set all forces to zero; the next increment computes those that act.
 
-        Where the present step has adhesion, its increments compute them, and the work of a moving
-        wall in its first half increment needs the last ones.
+        Otherwise those would stay that adhesion of an earlier step left on nodes outside the walls.
         """
-        if self.adhesion:
-            return
-        apart = ~(fields.read(self.touching) > 0).any(axis=2)
-        slots = slice(self.first_slot, self.first_slot + apart.shape[1])
-        force = fields.read(self.force)
-        force[apart] = 0.0
-        fields.write(self.force, force)
+        fields.write(self.force, 0.0)
         for component in self.nodes.corner_forces.component:
             in_slots = fields.read(component)
-            in_slots[:, slots][apart] = 0.0
+            in_slots[:, self.first_slot : self.first_slot + int(self.count)] = 0.0
             fields.write(component, in_slots)
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:

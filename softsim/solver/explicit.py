@@ -389,7 +389,7 @@ class ExplicitSolver:
         velocity = self.terms.nodes.velocity
         fields.write(velocity, fields.read(velocity) * self.models[0].is_free)
         for contact in self.terms.node_contacts:
-            contact.release_distant()
+            contact.clear_forces()
         self._forget_lists()
 
     def go_back_half(self, dt: float) -> None:

@@ -80,6 +80,24 @@ def test_adjoining_surfaces_add_up_at_their_common_node(build):
     assert work[middle] == pytest.approx((0.1 + 0.3) * 1e-3 * 5e-3)
 
 
+def test_parts_with_one_law_are_as_the_whole(build):
+    """Two entries that meet at a node attract it as one does, where the penalty contact is soft."""
+    law = "{work_of_adhesion: 0.1 J/m^2, range: 80 um, surfaces: [b.%s]}"
+    sets = (
+        "bodies.b.sets={foot: {box: [[-5 mm, -1 um], [5 mm, 1 um]]}, "
+        "here: {box: [[-5 mm, -1 um], [1 um, 1 um]]}, there: {box: [[-1 um, -1 um], [5 mm, 1 um]]}}"
+    )
+    soft = "contact.penalty_stiffness=0.5 N/mm"
+    whole, parts = (
+        adhesion(build(SCENE, sets, soft, "contact.adhesion={" + entries + "}"))[0]
+        for entries in (f"all: {law % 'foot'}", f"one: {law % 'here'}, two: {law % 'there'}")
+    )
+    adheres = whole.attraction > 0.0
+    assert (whole.attraction / 500.0).max() > 0.4 * 80e-6  # F / k_n counts
+    np.testing.assert_allclose(parts.attraction, whole.attraction, rtol=1e-12)
+    assert parts.reach[adheres] == pytest.approx(80e-6)
+
+
 def test_a_scene_without_adhesion_has_none(build):
     assert build(SCENE, "contact.adhesion={}").adhesions == (None,)
 

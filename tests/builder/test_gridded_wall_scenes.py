@@ -133,6 +133,9 @@ SPACE_REFUSALS = {
     "missing": ("room.stl", "hall.stl", (8, 13), "there is no file"),
     "no STL": ("room.stl", "scene.yaml", (8, 13), "not an STL file"),
     "too fine": ("spacing: 1 mm", "spacing: 5 um", (11, 16), "spacing of the wall to 0.08"),
+    "adhesion": ("time:", "contact: {adhesion: {glue: {work_of_adhesion: 1 J/m^2, range: 4 mm}}}\n"
+                 "time:", (12, 21), "range is 4 mm, and the gaps of the wall 'hollow' are exact up "
+                 "to 3 mm"),
 }  # fmt: skip
 
 
