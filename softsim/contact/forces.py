@@ -140,12 +140,12 @@ class Adhesion:
 
         Forces and energies of the laws add up: F = sum of s_j A_j, w A = sum of w_j A_j. Each law
         has the part A_j / A of the node's penalty stiffness k_n (k,) [N/m], so that parts with one
-        law are as the whole. modulus: E* of the softer side [Pa].
+        law are as the whole. modulus: E* of the softest material [Pa].
         """
         stiffness, area = k_n[:, None], areas.sum(axis=0)
-        stresses = [law.stress(area / stiffness) for law in laws]
-        force = np.einsum("lkw,lkw->kw", stresses, areas)
-        energy = np.einsum("l,lkw->kw", [law.work for law in laws], areas)
+        of_laws = list(zip(laws, areas, strict=True))
+        force = np.sum([law.stress(area / stiffness) * own for law, own in of_laws], axis=0)
+        energy = np.sum([law.work * own for law, own in of_laws], axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             # Where nothing attracts, any length will do.
             reach = np.where(force > 0.0, 2.0 * energy / force - force / stiffness, 1.0)
