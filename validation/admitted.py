@@ -1,22 +1,24 @@
-"""Which values of one constant a statement admits: numbers that it decides, between limits."""
+"""Values of one constant that a condition on computed numbers admits."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from validation.statements import Statement
 from validation.verdicts import AGREES, UNKNOWN, Finding, all_between, shown_list
 
 NOTHING = "none"
 
 
 @dataclass(frozen=True)
-class Statement:
+class Condition:
     """Every number of `measured(value of the constant)` lies between `low` and `high` [unit].
 
-    name: short, for a table's heading; claim, reference: as people read them.
+    statement: of the thesis. name: short, for a table's heading. claim, reference: of its row.
     """
 
+    statement: Statement
     name: str
     claim: str
     reference: str
@@ -36,9 +38,9 @@ class Statement:
         return shown_list(self.measured(value)) + mark
 
 
-def admitted(statement: Statement, values: np.ndarray) -> np.ndarray:
+def admitted(condition: Condition, values: np.ndarray) -> np.ndarray:
     """Whether each of `values` (n,) fits (n,); one that cannot be told does not."""
-    return np.array([statement.judge(float(value)).verdict == AGREES for value in values])
+    return np.array([condition.judge(float(value)).verdict == AGREES for value in values])
 
 
 def told(fits: np.ndarray, values: np.ndarray) -> str:
@@ -47,11 +49,11 @@ def told(fits: np.ndarray, values: np.ndarray) -> str:
     return " and ".join(texts) or NOTHING
 
 
-def told_of(statement: Statement, values: np.ndarray) -> str:
-    """The ranges of rising `values` (n,) that a statement admits. An end beyond which it cannot be
+def told_of(condition: Condition, values: np.ndarray) -> str:
+    """The ranges of rising `values` (n,) that a condition admits. An end beyond which it cannot be
     told, or nothing was tried, is left open: "up to 2.4", "from 2.2".
     """
-    verdicts = [statement.judge(float(value)).verdict for value in values]
+    verdicts = [condition.judge(float(value)).verdict for value in values]
     is_open = np.array([True, *(verdict == UNKNOWN for verdict in verdicts), True])
     texts = []
     for first, last in _ranges(np.array([verdict == AGREES for verdict in verdicts])):

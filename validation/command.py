@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
@@ -54,8 +55,9 @@ def command(scripts: Sequence[Script]) -> None:
             raise typer.BadParameter(f"{', '.join(unknown)}: there is {', '.join(names)}")
         chosen = [script for script in scripts if not only or script.name in only]
         console = Console() if Console().is_terminal else Console(width=WIDTH)
+        details = bool(only) or len(scripts) == 1
         try:
-            everything = validate(chosen, quick, workers, out, digitised, console)
+            everything = validate(chosen, quick, workers, out, digitised, console, details)
         except SoftsimError as error:
             Console(stderr=True).print(f"error: {error}", highlight=False, markup=False)
             raise typer.Exit(error.exit_code) from None
@@ -74,11 +76,12 @@ def validate(
     out: Path,
     digitised: Path | None,
     console: Console,
+    details: bool = False,
 ) -> dict[str, Any]:
     """Run, judge, draw, write a page per evidence, validation.json and a PNG per script to `out`.
 
-    Returns the content of the JSON file. Scripts whose data are absent, or that the quick subset
-    leaves out, are skipped and named.
+    details: print the sub-claims and remarks of all scripts too. Returns the content of the JSON
+    file. Scripts whose data are absent, or that the quick subset leaves out, are skipped and named.
 
     Raises SoftsimError: a scene or a file of points is wrong, or a signal stopped it.
     """
@@ -102,7 +105,7 @@ def validate(
     constants = [constant.described() for constant in CONSTANTS]
     everything = page.content(sections, about, constants, skipped)
     page.write_json(out / "validation.json", everything)
-    page.show(console, sections)
+    page.show(console, sections, details)
     for sentence in skipped:
         console.print(sentence, highlight=False, markup=False)
     for path in page.write_pages(out, sections, everything):
@@ -114,7 +117,10 @@ def section(script: Script, found: dict[str, Outcome], points: Points | None, ou
     """Return the verdicts of a script, and draw its figure."""
     began = time.monotonic()
     outcomes = outcomes_by_name(script.cases(), found)
-    rows = tuple(script.rows(outcomes, points))
+    rows = tuple(
+        replace(row, script=script.name, model=row.model or script.model)
+        for row in script.rows(outcomes, points)
+    )
     remarks = tuple(script.remarks(outcomes))
     listings = tuple(script.listings(outcomes))
     figure = out / f"{script.name}.png"

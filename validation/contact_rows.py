@@ -20,6 +20,7 @@ from validation.digitised import Points, deviation
 from validation.motion import NAN
 from validation.propulsion_force import LOOK, label
 from validation.script import Script
+from validation.statements import CONTACT_ROWS
 from validation.thesis import BEST_FREQUENCY, HIGHEST, HIGHESTS, PIPES
 from validation.touch import ROWS, rows_touching
 from validation.verdicts import Row, between, judged, row, shown
@@ -54,19 +55,21 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         count = found[pipe][HIGHESTS.index(highest)]
         claim = f"rows that touch at {highest:g} kPa; {pipe} mm pipe"
         finding = between(count, least, most)
-        yield row(NAME, claim, expected(pipe), finding, [outcomes[name_of(pipe, highest)]])
+        yield row(CONTACT_ROWS, claim, expected(pipe), finding, [outcomes[name_of(pipe, highest)]])
     for pipe in PIPES:
         low, high = (float(count) for count in found[pipe][-2:])
         same = judged(low == high, f"{shown(high)} against {shown(low)}", low, high)
         behind = [outcomes[name_of(pipe, highest)] for highest in HIGHESTS[-2:]]
-        yield row(NAME, f"as many rows at 26 as at 23 kPa; {pipe} mm pipe", "equal", same, behind)
+        yield row(
+            CONTACT_ROWS, f"as many rows at 26 as at 23 kPa; {pipe} mm pipe", "equal", same, behind
+        )
     if points is not None:
         computed = [
             found[int(pipe)][HIGHESTS.index(p)] if (pipe, p) in CONDITIONS else NAN
             for pipe, p in zip(points["pipe_mm"], points["highest_kPa"], strict=True)
         ]
         finding = deviation(np.array(computed), points["rows"], points["spread"], "rows")
-        yield row(NAME, "Fig 4.12: rows", "digitised points", finding, outcomes.values())
+        yield row(CONTACT_ROWS, "Fig 4.12: rows", "digitised points", finding, outcomes.values())
 
 
 def expected(pipe: int) -> str:

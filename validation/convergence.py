@@ -28,6 +28,7 @@ from validation.digitised import Points
 from validation.mode1_speed import BEST, SETTLED
 from validation.motion import MILLI, NAN, Fall, falls, speed_after
 from validation.script import Listing, Script
+from validation.statements import CONVERGENCE
 from validation.thesis import LOWEST
 from validation.verdicts import Finding, Row, judged, row, shown, shown_list
 
@@ -225,7 +226,7 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
             claim = f"{quantity.name} over {one.name}, {shown_list(one.values)}"
             reference = f"within {100.0 * TOLERANCE:g} % of the last"
             behind = [outcomes[label(quantity.what, numerics)] for numerics in one.settings]
-            yield row(NAME, claim, reference, settled(found, quantity.unit), behind)
+            yield row(CONVERGENCE, claim, reference, settled(found, quantity.unit), behind)
 
 
 def settled(found: Sequence[float], unit: str) -> Finding:

@@ -24,6 +24,7 @@ from validation.command import command
 from validation.digitised import Points
 from validation.motion import MILLI, NAN
 from validation.script import Listing, Script
+from validation.statements import BENDS, CLIMBS, EASIER, TRANSITIONS, WIDER
 from validation.verdicts import (
     AGREES,
     DISAGREES,
@@ -49,21 +50,21 @@ WIDENING, NARROWING = "transition_30_to_41", "transition_41_to_30"
 UPWARDS = "_vertical"
 SMALL, LARGE = "elbow_90_30mm", "elbow_90_36mm"
 
-BENDS = "6.6, Fig 6.9 A to C, I to K"
+IN_BENDS = "6.6, Fig 6.9 A to C, I to K"
 CLAIMED = {
-    SMALL: ("passes an elbow of 90 degrees, level, 30 mm", BENDS),
-    LARGE: ("passes an elbow of 90 degrees, level, 36 mm", BENDS),
-    f"{SMALL}_up": ("passes an elbow of 90 degrees against gravity, 30 mm", BENDS),
-    f"{LARGE}_up": ("passes an elbow of 90 degrees against gravity, 36 mm", BENDS),
-    "c_bend": ("passes a C-shaped bend, level, 36 mm", BENDS),
-    "c_bend_up": ("passes a C-shaped bend against gravity, 36 mm", BENDS),
-    WIDENING: ("passes from 30 to 41 mm, level", "6.6, Fig 6.9 E to G"),
-    NARROWING: ("passes from 41 to 30 mm, level", "6.6"),
-    WIDENING + UPWARDS: ("passes from 30 to 41 mm, upwards", "6.6, Fig 6.9 D, H"),
-    NARROWING + UPWARDS: ("passes from 41 to 30 mm, upwards", "6.6"),
-    "slope_45": ("climbs a slope of 45 degrees, 36 mm", "6.4, Fig 6.7"),
+    SMALL: (BENDS, "passes an elbow of 90 degrees, level, 30 mm", IN_BENDS),
+    LARGE: (BENDS, "passes an elbow of 90 degrees, level, 36 mm", IN_BENDS),
+    f"{SMALL}_up": (BENDS, "passes an elbow of 90 degrees against gravity, 30 mm", IN_BENDS),
+    f"{LARGE}_up": (BENDS, "passes an elbow of 90 degrees against gravity, 36 mm", IN_BENDS),
+    "c_bend": (BENDS, "passes a C-shaped bend, level, 36 mm", IN_BENDS),
+    "c_bend_up": (BENDS, "passes a C-shaped bend against gravity, 36 mm", IN_BENDS),
+    WIDENING: (TRANSITIONS, "passes from 30 to 41 mm, level", "6.6, Fig 6.9 E to G"),
+    NARROWING: (TRANSITIONS, "passes from 41 to 30 mm, level", "6.6"),
+    WIDENING + UPWARDS: (TRANSITIONS, "passes from 30 to 41 mm, upwards", "6.6, Fig 6.9 D, H"),
+    NARROWING + UPWARDS: (TRANSITIONS, "passes from 41 to 30 mm, upwards", "6.6"),
+    "slope_45": (CLIMBS, "climbs a slope of 45 degrees, 36 mm", "6.4, Fig 6.7"),
 }
-"""Layout -> what the thesis says of it, and where."""
+"""Layout -> statement, claim on the layout, and where the thesis makes it."""
 
 
 def layouts() -> list[str]:
@@ -168,20 +169,20 @@ def is_faster(outcome: Outcome, other: Outcome) -> Finding:
 
 def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     """Passed; wider easier than narrower; level easier than upwards; slower in larger pipes."""
-    for name, (claim, where) in CLAIMED.items():
+    for name, (statement, claim, where) in CLAIMED.items():
         outcome = outcomes[name]
-        yield row(NAME, claim, f"passed ({where})", is_passed(outcome), [outcome])
+        yield row(statement, claim, f"passed ({where})", is_passed(outcome), [outcome])
     for said, direction in (("level", ""), ("upwards", UPWARDS)):
         pair = outcomes[WIDENING + direction], outcomes[NARROWING + direction]
         claim = f"from 30 to 41 mm more easily than from 41 to 30 mm; {said}"
-        yield row(NAME, claim, "passes alone, or faster", is_easier_to_cross(*pair), pair)
+        yield row(EASIER, claim, "passes alone, or faster", is_easier_to_cross(*pair), pair)
     for said, layout in (("30 to 41 mm", WIDENING), ("41 to 30 mm", NARROWING)):
         pair = outcomes[layout], outcomes[layout + UPWARDS]
         claim = f"more easily level than upwards; from {said}"
-        yield row(NAME, claim, "passes alone, or faster", is_easier(*pair), pair)
+        yield row(EASIER, claim, "passes alone, or faster", is_easier(*pair), pair)
     pair = outcomes[SMALL], outcomes[LARGE]
     claim = "slower in larger pipes: mean speed in the elbows of 30 and 36 mm"
-    yield row(NAME, claim, "faster in the smaller", is_faster(*pair), pair)
+    yield row(WIDER, claim, "faster in the smaller", is_faster(*pair), pair)
 
 
 def remarks(outcomes: Outcomes) -> Iterator[str]:

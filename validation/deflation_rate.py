@@ -18,6 +18,7 @@ from validation.digitised import Points, deviation
 from validation.motion import MILLI, displacement_while_falling
 from validation.pipes import LOOKS
 from validation.script import Script
+from validation.statements import RATE, RATE_LIMIT, RATE_PIPE
 from validation.thesis import BEST_RATE, LOWEST, PIPES, STOP_RATE
 from validation.verdicts import Row, at_most_share, falls, highest_at, row
 
@@ -60,25 +61,25 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         behind = [outcomes[label(pipe, rate)] for rate in RATES]
         best = highest_at(names, found[pipe], wanted, "mm")
         claim = f"farthest a cycle at about {BEST_RATE:g} kPa/s; {pipe} mm pipe"
-        yield row(NAME, claim, f"at {_rates(ABOUT_BEST)}", best, behind)
+        yield row(RATE, claim, f"at {_rates(ABOUT_BEST)}", best, behind)
         beyond = falls(found[pipe][-len(BEYOND_BEST) :], "mm")
         claim = f"less the faster it deflates, {_rates(BEYOND_BEST)}; {pipe} mm pipe"
-        yield row(NAME, claim, "falls", beyond, behind)
+        yield row(RATE_LIMIT, claim, "falls", beyond, behind)
         last, at_best = float(found[pipe][-1]), float(found[pipe][AT_BEST])
         nothing = at_most_share(last, at_best, NOTHING)
         claim = f"nothing above about {STOP_RATE:g} kPa/s, at 10; {pipe} mm pipe"
         reference = f"below {100 * NOTHING:g} % of that at {BEST_RATE:g} kPa/s"
-        yield row(NAME, claim, reference, nothing, behind)
+        yield row(RATE_LIMIT, claim, reference, nothing, behind)
     order = highest_at(
         [f"{pipe} mm" for pipe in PIPES], [found[pipe][AT_BEST] for pipe in PIPES], ["30 mm"], "mm"
     )
     behind = [outcomes[label(pipe, BEST_RATE)] for pipe in PIPES]
     claim = f"the 30 mm pipe gives the most at {BEST_RATE:g} kPa/s"
-    yield row(NAME, claim, "30 mm", order, behind)
+    yield row(RATE_PIPE, claim, "30 mm", order, behind)
     if points is not None:
         finding = deviation(_at(found, points), points["displacement_mm"], points["spread"], "mm")
         claim = "Fig 6.6: displacement over rate"
-        yield row(NAME, claim, "digitised points", finding, outcomes.values())
+        yield row(RATE_LIMIT, claim, "digitised points", finding, outcomes.values())
 
 
 def _rates(rates: tuple[float, ...]) -> str:

@@ -23,6 +23,7 @@ from validation.command import command
 from validation.digitised import Points, deviation
 from validation.motion import LEAST, MILLI, NAN, Fall, falls
 from validation.script import Script
+from validation.statements import FALLING, FREQUENCY, NATURAL, STANDSTILL, STOP, Statement
 from validation.thesis import (
     BEST_FREQUENCY,
     FREQUENCIES,
@@ -89,23 +90,23 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     found = {pipe: displacements(outcomes, pipe) for pipe in PIPES}
     for pipe in PIPES:
         outcome = outcomes[label(pipe, BEST_FREQUENCY)]
-        for claim, reference, finding in motion_findings(outcome, pipe):
+        for statement, claim, reference, finding in motion_findings(outcome, pipe):
             where = f"{pipe} mm pipe, {BEST_FREQUENCY} Hz"
-            yield row(NAME, f"{claim}; {where}", reference, finding, [outcome])
+            yield row(statement, f"{claim}; {where}", reference, finding, [outcome])
     for pipe in PIPES:
         behind = [outcomes[label(pipe, f)] for f in FREQUENCIES]
         growth = rises(found[pipe], "mm", resolution=MILLI * LEAST)
         claim = f"farther at {', '.join(map(str, FREQUENCIES))} Hz; {pipe} mm pipe"
         reference = f"rises; below {MILLI * LEAST:g} mm is recoil, no motion"
-        yield row(NAME, claim, reference, growth, behind)
+        yield row(FREQUENCY, claim, reference, growth, behind)
         hardly = at_most_share(float(found[pipe][0]), float(found[pipe][-1]), HARDLY)
         claim = f"64 Hz barely moves; {pipe} mm pipe"
-        yield row(NAME, claim, f"below {100 * HARDLY:g} % of 192 Hz", hardly, behind)
+        yield row(FREQUENCY, claim, f"below {100 * HARDLY:g} % of 192 Hz", hardly, behind)
     for pipe in (36, 41):
         more = more_than(float(found[pipe][-1]), float(found[30][-1]), "mm")
         behind = [outcomes[label(p, BEST_FREQUENCY)] for p in (30, pipe)]
         claim = f"the {pipe} mm pipe gives more than the 30 mm pipe at 192 Hz"
-        yield row(NAME, claim, "more", more, behind)
+        yield row(NATURAL, claim, "more", more, behind)
     if points is not None:
         computed = [
             found[int(pipe)][FREQUENCIES.index(int(f))] if _is_known(pipe, f) else NAN
@@ -114,33 +115,33 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         there, spread = points["displacement_mm"], points["spread"]
         finding = deviation(np.array(computed), there, spread, "mm")
         claim = "Fig 6.5: displacement of a cycle"
-        yield row(NAME, claim, "digitised points", finding, outcomes.values())
+        yield row(FREQUENCY, claim, "digitised points", finding, outcomes.values())
 
 
 def _is_known(pipe: float, frequency: float) -> bool:
     return pipe in PIPES and frequency in FREQUENCIES
 
 
-def motion_findings(outcome: Outcome, pipe: int) -> Iterator[tuple[str, str, Finding]]:
-    """Where motion begins and ends in the last cycle of a run in a pipe [mm]: claim, reference,
-    what was found.
+def motion_findings(outcome: Outcome, pipe: int) -> Iterator[tuple[Statement, str, str, Finding]]:
+    """Yield statement, claim, reference and finding: where motion begins and ends in the last cycle
+    of a run in a pipe [mm].
     """
     cycles = falls(outcome.history)
     last = cycles[-1] if cycles else None
     displacement = last.displacement if last else NAN
     still = at_most_share(last.standstill if last else NAN, displacement, STILL)
     reference = f"below {100 * STILL:g} % of the fall's displacement"
-    yield "stands still above P_M3^B", reference, still
+    yield STANDSTILL, "stands still above P_M3^B", reference, still
     onset = 1e-3 * last.onset_pressure if last else NAN
     limit = HIGHEST - ROOM * (HIGHEST - END)
     claim = "P_M3^B lies below the highest pressure"
-    yield claim, f"below {limit:.3g} kPa", below(onset, limit, "kPa")
+    yield STANDSTILL, claim, f"below {limit:.3g} kPa", below(onset, limit, "kPa")
     elsewhere = at_most_share(last.before if last else NAN, displacement, STILL)
-    yield "moves while the pressure falls, not while it rises", reference, elsewhere
+    yield FALLING, "moves while the pressure falls, not while it rises", reference, elsewhere
     end = 1e-3 * last.end_pressure if last else NAN
     stop = within(end, LOWEST[pipe], LOWEST_SPREAD, "kPa")
     reference = f"{LOWEST[pipe]:g} kPa within {100 * LOWEST_SPREAD:g} %"
-    yield "motion stops at P_M3^S", reference, stop
+    yield STOP, "motion stops at P_M3^S", reference, stop
 
 
 def remarks(outcomes: Outcomes) -> Iterator[str]:

@@ -23,6 +23,7 @@ from validation.motion import MILLI, NAN, History, falls
 from validation.pipes import LOOKS
 from validation.script import Script
 from validation.slope import SLACK, upwards
+from validation.statements import CLIMBS, STEEPER, WIDER
 from validation.thesis import EFFECTIVE_RATE, LOWEST, PIPES
 from validation.verdicts import Row, above, row
 from validation.verdicts import falls as decreases
@@ -83,17 +84,17 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     for pipe in PIPES:
         up = above(float(found[pipe][-1]), 0.0, "mm/s")
         claim = f"climbs a vertical pipe; {pipe} mm pipe"
-        yield row(NAME, claim, "above 0 mm/s", up, [outcomes[label(pipe, ANGLES[-1])]])
+        yield row(CLIMBS, claim, "above 0 mm/s", up, [outcomes[label(pipe, ANGLES[-1])]])
     degrees = ", ".join(map(str, ANGLES))
     for pipe in PIPES:
         behind = [outcomes[label(pipe, angle)] for angle in ANGLES]
         claim = f"slower the steeper, {degrees} deg; {pipe} mm pipe"
-        yield row(NAME, claim, "falls", decreases(until_it_fell(outcomes, pipe), "mm/s"), behind)
+        yield row(STEEPER, claim, "falls", decreases(until_it_fell(outcomes, pipe), "mm/s"), behind)
     for number, angle in enumerate(ANGLES):
         behind = [outcomes[label(pipe, angle)] for pipe in PIPES]
         larger = decreases([climbed(outcomes, pipe)[number] for pipe in PIPES], "mm/s")
         claim = f"slower in larger pipes, {', '.join(map(str, PIPES))} mm; {angle} deg"
-        yield row(NAME, claim, "falls", larger, behind)
+        yield row(WIDER, claim, "falls", larger, behind)
     if points is not None:
         nothing = np.full(len(ANGLES), NAN)
         computed = [
@@ -102,7 +103,7 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         ]
         finding = deviation(np.array(computed), points["speed_mm_s"], points["spread"], "mm/s")
         claim = "Fig 6.7: speed over angle"
-        yield row(NAME, claim, "digitised points", finding, outcomes.values())
+        yield row(STEEPER, claim, "digitised points", finding, outcomes.values())
 
 
 def remarks(outcomes: Outcomes) -> Iterator[str]:

@@ -32,13 +32,26 @@ from scipy.interpolate import PchipInterpolator
 from scipy.signal import find_peaks
 
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SKY, drawing
+from validation import statements
 from validation.cases import Case, Outcome, Outcomes
 from validation.command import command
 from validation.digitised import Points, deviation
 from validation.membrane import Tube, inflate
 from validation.script import Script
+from validation.statements import Statement
 from validation.thesis import STATED
-from validation.verdicts import Finding, Row, judged, row, shown, signed, within
+from validation.verdicts import (
+    IN_SECTION,
+    IN_SPACE,
+    TRIAL,
+    Finding,
+    Row,
+    judged,
+    row,
+    shown,
+    signed,
+    within,
+)
 
 NAME = "inflation_radius"
 TOLERANCE = 0.15  # of the thesis's statements
@@ -66,6 +79,11 @@ class Curve:
     outer_radius: np.ndarray
     pressure: np.ndarray
     outcome: Outcome | None = None
+
+    @property
+    def model(self) -> str:
+        """Model behind the curve, for the rows that rest on it."""
+        return {MEASURED: TRIAL, SOLID: IN_SPACE}.get(self.name, IN_SECTION)
 
     def pressure_at(self, radius: float) -> float:
         """Return the pressure [kPa] at a radius [mm]; NaN beyond the curve."""
@@ -197,33 +215,44 @@ def verified(claim: str, reference: float, computed: float, unit: str, curve: Cu
     verdict = within(computed, reference, VERIFIED).verdict
     error = computed / reference - 1.0
     text = shown(computed, unit) + ("" if np.isnan(error) else f", {signed(error)}")
-    return row(NAME, claim, shown(reference, unit), Finding(text, verdict), _behind(curve))
+    return row(
+        statements.MEMBRANE, claim, shown(reference, unit), Finding(text, verdict), _behind(curve)
+    )
 
 
 def against_statements(curve: Curve) -> Iterator[Row]:
     """Compare pressures and sizes with the thesis's statements."""
     for pipe, values in TOUCH.items():
-        claim = f"thesis: P_M3^S, spikes reach the {pipe:g} mm pipe; {curve.name}"
-        yield compared(claim, float(np.mean(values)), curve.pressure_at(touching(pipe)), curve)
-    claim = f"thesis: {FILLED:g} OD_S at {WORKING[0]:g} to {WORKING[1]:g} kPa; {curve.name}"
+        claim = f"P_M3^S, spikes reach the {pipe:g} mm pipe; {curve.name}"
+        pressure = curve.pressure_at(touching(pipe))
+        yield compared(statements.TOUCH, claim, float(np.mean(values)), pressure, curve)
+    claim = f"{FILLED:g} OD_S at {WORKING[0]:g} to {WORKING[1]:g} kPa; {curve.name}"
     pressure = curve.pressure_at(touching(FILLED * SPIKED_DIAMETER))
-    yield compared(claim, float(np.mean(WORKING)), pressure, curve)
+    yield compared(statements.SIZE, claim, float(np.mean(WORKING)), pressure, curve)
     pressure = curve.pressure_at(touching(GROWTH * SPIKED_DIAMETER))
     text = f"reached at {shown(pressure, 'kPa')}"
     if np.isnan(pressure):  # a run that was not driven that far decides nothing
         size = 2.0 * (curve.outer_radius.max() + SPIKE_HEIGHT) / SPIKED_DIAMETER
         text = f"driven to {shown(size, 'OD_S')}"
-    claim = f"thesis: the skin can grow to {GROWTH:g} OD_S; {curve.name}"
-    yield row(NAME, claim, f"{GROWTH:g} OD_S", judged(True, text, pressure), _behind(curve))
+    claim = f"the skin can grow to {GROWTH:g} OD_S; {curve.name}"
+    finding = judged(True, text, pressure)
+    yield row(
+        statements.GROWTH, claim, f"{GROWTH:g} OD_S", finding, _behind(curve), model=curve.model
+    )
 
 
-def compared(claim: str, reference: float, computed: float, curve: Curve) -> Row:
+def compared(
+    statement: Statement, claim: str, reference: float, computed: float, curve: Curve
+) -> Row:
     """Compare a pressure [kPa] with the thesis's, and give the factor between them."""
     verdict = within(computed, reference, TOLERANCE).verdict
     factor = reference / computed
     text = shown(computed, "kPa")
     text += "" if np.isnan(factor) else f"; thesis: {factor:.2f} times that"
-    return row(NAME, claim, shown(reference, "kPa"), Finding(text, verdict), _behind(curve))
+    finding = Finding(text, verdict)
+    return row(
+        statement, claim, shown(reference, "kPa"), finding, _behind(curve), model=curve.model
+    )
 
 
 def touching(diameter: float) -> float:
@@ -235,7 +264,8 @@ def against_points(curve: Curve, points: Points) -> Row:
     """Compare the radii at the digitised pressures."""
     computed = np.array([curve.radius_at(float(pressure)) for pressure in points["pressure_kPa"]])
     finding = deviation(computed, points["outer_radius_mm"], points["spread"], "mm")
-    return row(NAME, "Fig 4.9: radius over pressure", "digitised points", finding, _behind(curve))
+    claim = "Fig 4.9: radius over pressure"
+    return row(statements.SIZE, claim, "digitised points", finding, _behind(curve))
 
 
 def remarks(outcomes: Outcomes) -> Iterable[str]:

@@ -17,6 +17,7 @@ from validation.command import command
 from validation.digitised import Points
 from validation.motion import MILLI, NAN, speed_after
 from validation.script import Listing, Script
+from validation.statements import FLAT_SLOPE, LIMB, LIMB_ROWS, NODES, RADIUS, SPEED
 from validation.verdicts import (
     Row,
     all_between,
@@ -147,43 +148,45 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     press = outcomes[PRESS]
     stiffness, push = pressed(press)
     found = within(stiffness, K_Z, K_SPREAD, "N/m")
-    yield row(NAME, "stiffness of a limb", f"{K_Z:g} N/m within 10 %", found, [press])
-    yield row(NAME, "horizontal over vertical force of a limb", "0.4 to 0.6",
+    yield row(LIMB, "stiffness of a limb", f"{K_Z:g} N/m within 10 %", found, [press])
+    yield row(LIMB, "horizontal over vertical force of a limb", "0.4 to 0.6",
               between(push, PUSH - 0.1, PUSH + 0.1), [press])  # fmt: skip
     five = [outcomes[label(5, f)] for f in FREQUENCIES[5]]
     for f, wanted, outcome in zip(FREQUENCIES[5], SPEEDS, five, strict=True):
         found = within(speed(outcome), wanted, SPREAD, "mm/s")
         reference = f"{wanted:g} mm/s within {100 * SPREAD:g} %"
-        yield row(NAME, f"speed at {f} Hz", reference, found, [outcome])
+        yield row(SPEED, f"speed at {f} Hz", reference, found, [outcome])
     claim = "faster the faster the motor, five rows"
-    yield row(NAME, claim, "rises", rises(speeds(outcomes, 5), "mm/s"), five)
+    yield row(SPEED, claim, "rises", rises(speeds(outcomes, 5), "mm/s"), five)
     times = [settling(outcome, f) for f, outcome in zip(FREQUENCIES[5], five, strict=True)]
     settled = all_between(times, *SETTLING, "s")
-    yield row(NAME, "speed is reached in about 1 s", "0.4 to 1.5 s", settled, five)
+    yield row(SPEED, "speed is reached in about 1 s", "0.4 to 1.5 s", settled, five)
     head = max((rise(outcome) for outcome in five), default=NAN)
     yield row(
-        NAME, "the head rises little", f"below {HIGHEST:g} mm", below(head, HIGHEST, "mm"), five
+        NODES, "the head rises little", f"below {HIGHEST:g} mm", below(head, HIGHEST, "mm"), five
     )
     lowest = [outcomes[label(n, f[0])] for n, f in FREQUENCIES.items()]
     order = [speed(outcome) for outcome in lowest]
     found = judged(order[0] > order[1] > order[2], shown_list(order, "mm/s"), *order)
     yield row(
-        NAME, "at 3 V three rows are faster than five, five than nine", "order", found, lowest
+        LIMB_ROWS, "at 3 V three rows are faster than five, five than nine", "order", found, lowest
     )
     three = speeds(outcomes, 3)
     found = judged(max(three[1:]) < three[0], shown_list(three, "mm/s"), *three)
     behind = [outcomes[label(3, f)] for f in FREQUENCIES[3]]
-    yield row(NAME, "three rows are slower at 186 and 191 than at 132 Hz", "slower", found, behind)
+    yield row(
+        LIMB_ROWS, "three rows are slower at 186 and 191 than at 132 Hz", "slower", found, behind
+    )
     for f in SLOWER:
         fronts = [outcomes[rounded(radius, f).name] for radius in RADII]
         names = [f"{radius:g} mm" for radius in RADII]
         best = highest_at(names, [speed(outcome) for outcome in fronts], [names[1]], "mm/s")
         claim = f"fastest with a front radius of {names[1]}, of {', '.join(names)}; {f} Hz"
-        yield row(NAME, claim, names[1], best, fronts)
+        yield row(RADIUS, claim, names[1], best, fronts)
     steep = [outcomes[climbing(s).name] for s in SLOPES if s >= STEEP]
     up = max(speed(outcome) for outcome in steep)
     found = judged(up <= 0.0, shown(up, "mm/s"), up)
-    yield row(NAME, f"does not climb {STEEP} deg or more", "0 mm/s or less", found, steep)
+    yield row(FLAT_SLOPE, f"does not climb {STEEP} deg or more", "0 mm/s or less", found, steep)
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:

@@ -21,6 +21,7 @@ from validation.command import command
 from validation.digitised import Points
 from validation.motion import MILLI, NAN
 from validation.script import Listing, Script
+from validation.statements import RAMPS
 from validation.verdicts import Row, below, between, judged, row, shown
 
 NAME = "leafbot_ramps"
@@ -148,26 +149,26 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         where = f"ramp {height:g} mm high"
         up = between(highest_passed(curved), CURVED_LIMIT - SPREAD, CURVED_LIMIT + SPREAD, "deg")
         reference = f"{CURVED_LIMIT:g} deg within {SPREAD:g}"
-        yield row(NAME, f"curved limbs climb up to; {where}", reference, up, behind["curved"])
+        yield row(RAMPS, f"curved limbs climb up to; {where}", reference, up, behind["curved"])
         halt = between(
             lowest_failed(straight), STRAIGHT_LIMIT - SPREAD, STRAIGHT_LIMIT + SPREAD, "deg"
         )
         reference = f"{STRAIGHT_LIMIT:g} deg within {SPREAD:g}"
         yield row(
-            NAME, f"straight limbs are halted at; {where}", reference, halt, behind["straight"]
+            RAMPS, f"straight limbs are halted at; {where}", reference, halt, behind["straight"]
         )
         times = float(curved.sum()), float(straight.sum())
         text = f"{shown(times[0])} against {shown(times[1])} of {curved.size * len(FRICTIONS)}"
         more = judged(times[0] > times[1], text, *times)
         claim = f"curved limbs pass more often than straight ones; {where}"
         both = [*behind["curved"], *behind["straight"]]
-        yield row(NAME, claim, "more", more, both)
+        yield row(RAMPS, claim, "more", more, both)
         ratios = np.divide(*(means_until_over(outcomes, limb, height) for limb in LIMBS))
         compared = ratios[np.isfinite(ratios).all(axis=1)]
         for k, what in enumerate(("contacts of curved limbs", "area of curved limbs")):
             largest = float(compared[:, k].max()) if len(compared) else NAN
             claim = f"fewer {what} until over where both pass; {where}"
-            yield row(NAME, claim, "below 1 times the straight ones'", below(largest, 1.0), both)
+            yield row(RAMPS, claim, "below 1 times the straight ones'", below(largest, 1.0), both)
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:

@@ -23,6 +23,7 @@ from validation.command import command
 from validation.digitised import Points
 from validation.motion import MILLI, NAN
 from validation.script import Listing, Script
+from validation.statements import FIELDS_OF_STEPS, OBSTACLES
 from validation.verdicts import Finding, Row, between, judged, more_than, row, shown
 
 NAME = "leafbot_terrain"
@@ -237,12 +238,14 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
             found = trials(outcomes, terrain, limbs)
             reference = f"{claimed:g} within {CLOSE:g}"
             claim = f"share of Leafbot{limbs} that passes; {terrain.name}"
-            yield row(NAME, claim, reference, near(found, claimed), found)
+            yield row(OBSTACLES, claim, reference, near(found, claimed), found)
     step = RAMPS[-1]
     both = [outcome for limbs in (5, 9) for outcome in trials(outcomes, step, limbs)]
     share = rate(both)
     struggle = judged(0.0 < share < 1.0, share_in_words(*successes(both)), share)
-    yield row(NAME, f"Leafbot5 and 9 struggle; {step.name}", "above 0, below 1", struggle, both)
+    yield row(
+        OBSTACLES, f"Leafbot5 and 9 struggle; {step.name}", "above 0, below 1", struggle, both
+    )
     yield from field_rows(outcomes)
 
 
@@ -254,16 +257,24 @@ def field_rows(outcomes: Outcomes) -> Iterator[Row]:
                 outcome for terrain in shuffles for outcome in trials(outcomes, terrain, limbs)
             ]
             claim = f"share of Leafbot{limbs} that passes; field of rugosity {rugosity}"
-            yield row(NAME, claim, f"{claimed:g} within {CLOSE:g}", near(found, claimed), found)
+            yield row(
+                FIELDS_OF_STEPS, claim, f"{claimed:g} within {CLOSE:g}", near(found, claimed), found
+            )
     low, high = (
         {limbs: speeds(outcomes, rugosity, limbs) for limbs in (5, 9)} for rugosity in ROUGH
     )
     ratio = between(float(low[9].mean() / low[5].mean()), 0.8, 1.25)
-    yield row(NAME, "Leafbot9 over Leafbot5, speed on the smoother field", "0.8 to 1.25", ratio)
+    yield row(
+        FIELDS_OF_STEPS, "Leafbot9 over Leafbot5, speed on the smoother field", "0.8 to 1.25", ratio
+    )
     faster = more_than(float(high[9].mean()), float(high[5].mean()), "mm/s")
-    yield row(NAME, "Leafbot9 is faster than Leafbot5 on the rougher field", "faster", faster)
+    yield row(
+        FIELDS_OF_STEPS, "Leafbot9 is faster than Leafbot5 on the rougher field", "faster", faster
+    )
     steadier = more_than(float(high[5].std()), float(high[9].std()), "mm/s")
-    yield row(NAME, "Leafbot5 varies more than Leafbot9 on the rougher field", "more", steadier)
+    yield row(
+        FIELDS_OF_STEPS, "Leafbot5 varies more than Leafbot9 on the rougher field", "more", steadier
+    )
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:

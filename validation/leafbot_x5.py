@@ -14,10 +14,13 @@ from softsim.report.style import INK, drawing
 from validation.cases import Case, Outcome, Outcomes
 from validation.command import command
 from validation.digitised import Points
-from validation.leafbot_chain import CHAINS, ChainCase
+from validation.leafbot_chain import CHAINS, ChainCase, of_chain
 from validation.motion import MILLI
 from validation.script import Listing, Script
+from validation.statements import CURVATURE, TURNING
 from validation.verdicts import (
+    EQUATIONS,
+    TRIAL,
     UNKNOWN,
     Finding,
     Row,
@@ -168,13 +171,13 @@ def dependence(values: list[float]) -> float:
 def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     """The claims of each chain, and of one with unlike sides."""
     for chain in CHAINS:
-        yield from rows_of(chain, outcomes)
+        yield from of_chain(chain, rows_of(chain, outcomes))
     drawn = [outcomes[straight_unlike(draw).name] for draw in range(DRAWS)]
     shares = [astray(outcome) for outcome in drawn]
     computed = f"{shown(100.0 * float(np.median(shares)), '%')} of the way, half of {DRAWS} draws"
     found = judged(float(np.median(shares)) < STRAIGHT, computed, *shares)
     claim = f"{SCATTERED}, sides unlike by {100 * SCATTER:g} %: straight with both motors, 3 s"
-    yield row(NAME, claim, f"sideways below {100 * STRAIGHT:g} %", found, drawn)
+    yield row(TURNING, claim, f"sideways below {100 * STRAIGHT:g} %", found, drawn, model=TRIAL)
 
 
 def rows_of(chain: str, outcomes: Outcomes) -> Iterator[Row]:
@@ -185,7 +188,7 @@ def rows_of(chain: str, outcomes: Outcomes) -> Iterator[Row]:
         found = within(curvature(outcome), wanted, SPREAD, "1/mm")
         reference = f"{wanted:.3g} 1/mm within {100 * SPREAD:g} %"
         yield row(
-            NAME, f"{chain}: motors in the middle turn at {f} Hz", reference, found, [outcome]
+            CURVATURE, f"{chain}: motors in the middle turn at {f} Hz", reference, found, [outcome]
         )
     alone = {
         running: [outcomes[turning(chain, p, f, running).name] for p in PLACES for f in FREQUENCIES]
@@ -196,27 +199,27 @@ def rows_of(chain: str, outcomes: Outcomes) -> Iterator[Row]:
     away = [value > 0.0 for value in to_left + to_right]
     found = judged(all(away), f"{sum(away)} of {len(away)} do", *to_left, *to_right)
     both = [*alone["right"], *alone["left"]]
-    yield row(NAME, f"{chain}: turns away from the motor that runs", "all do", found, both)
+    yield row(TURNING, f"{chain}: turns away from the motor that runs", "all do", found, both)
     spreads = {p: dependence(curvatures(outcomes, chain, p, "right")) for p in PLACES}
     texts = [f"{p} {shown(100.0 * spread, '%')}" for p, spread in spreads.items()]
     least = spreads["middle"] <= min(spreads.values())
     found = judged(least, ", ".join(texts), *spreads.values())
     claim = f"{chain}: motors in the middle turn it most alike at all frequencies"
-    yield row(NAME, claim, "least spread over its mean", found, alone["right"])
+    yield row(CURVATURE, claim, "least spread over its mean", found, alone["right"])
     equal = [outcomes[straight(chain, p).name] for p in PLACES]
     aside = shown(100.0 * max(astray(outcome) for outcome in equal), "%")
     found = Finding(f"{aside}: the model is symmetric", UNKNOWN)
     reference = f"sideways below {100 * STRAIGHT:g} % of the way"
-    yield row(NAME, f"{chain}: straight with both motors", reference, found, equal)
+    yield row(TURNING, f"{chain}: straight with both motors", reference, found, equal)
     weaker = [outcomes[unequal(chain, p).name] for p in PLACES]
     turns = [curvature(outcome) for outcome in weaker]
     found = judged(all(turn > 0.0 for turn in turns), shown_list(turns, "1/mm"), *turns)
     claim = f"{chain}: {WEAK} Hz left, {STRONG} Hz right turn it to the weaker"
-    yield row(NAME, claim, "to the left", found, weaker)
+    yield row(TURNING, claim, "to the left", found, weaker)
     off = [abs(a - b) for a, b in zip(to_left, to_right, strict=True)]
     found = Finding(f"they differ by {shown(max(off), '1/mm')}: the model is symmetric", UNKNOWN)
     claim = f"{chain}: left and right differ with motors at the rear and the front"
-    yield row(NAME, claim, "up to a factor of 2", found, both)
+    yield row(TURNING, claim, "up to a factor of 2", found, both)
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:
@@ -308,6 +311,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
 
 SCRIPT = Script(
     name=NAME,
+    model=EQUATIONS,
     figure="Leafbot-X5, two motors: 5.4, Table 5.1",
     about=(
         "Leafbot widened for two motors, as two chains of masses on springs with links across. "

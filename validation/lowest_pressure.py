@@ -23,6 +23,7 @@ from validation.motion import LEAST, MILLI, NAN, Fall, falls
 from validation.pipes import LOOKS
 from validation.script import Script
 from validation.slope import upwards
+from validation.statements import CLIMBS, HOLDS, LOWEST_LEVEL
 from validation.thesis import (
     BEST_RATE,
     LOWEST,
@@ -117,7 +118,7 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         there, spread = points["displacement_mm"], points["spread"]
         finding = deviation(np.array(computed), there, spread, "mm")
         claim = "Fig 6.6: displacement down to the lowest pressure"
-        yield row(NAME, claim, "digitised points", finding, outcomes.values())
+        yield row(LOWEST_LEVEL, claim, "digitised points", finding, outcomes.values())
 
 
 def level_rows(outcome: Outcome, pipe: int) -> Iterator[Row]:
@@ -127,11 +128,11 @@ def level_rows(outcome: Outcome, pipe: int) -> Iterator[Row]:
     found = [displacement(fall, pressure) for pressure in lowest]
     where = f"level {pipe} mm pipe"
     claim = f"less the higher P_M3^S, {shown_list(lowest, 'kPa')}; {where}"
-    yield row(NAME, claim, "falls", decreases(found, "mm"), [outcome])
+    yield row(LOWEST_LEVEL, claim, "falls", decreases(found, "mm"), [outcome])
     left = at_most_share(found[-1], found[0], LIMITED)
     claim = f"P_M3^S set too high, {lowest[-1]:g} kPa, limits the motion; {where}"
     reference = f"below {100 * LIMITED:g} % of that down to {lowest[0]:g} kPa"
-    yield row(NAME, claim, reference, left, [outcome])
+    yield row(LOWEST_LEVEL, claim, reference, left, [outcome])
 
 
 def vertical_rows(outcome: Outcome, pipe: int) -> Iterator[Row]:
@@ -140,18 +141,18 @@ def vertical_rows(outcome: Outcome, pipe: int) -> Iterator[Row]:
     where = f"vertical {pipe} mm pipe"
     up = above(displacement(fall, lowest), 0.0, "mm")
     claim = f"climbs while the pressure falls to {lowest:g} kPa; {where}"
-    yield row(NAME, claim, "above 0 mm", up, [outcome])
+    yield row(CLIMBS, claim, "above 0 mm", up, [outcome])
     holds = below(loss(fall, lowest), MILLI * LEAST, "mm")
     claim = f"holds at {lowest:g} kPa: loses no height; {where}"
-    yield row(NAME, claim, f"below {MILLI * LEAST:g} mm", holds, [outcome])
+    yield row(HOLDS, claim, f"below {MILLI * LEAST:g} mm", holds, [outcome])
     drops = above(loss(fall, lowest - LOWER), DROPPED, "mm")
     if loss(fall, lowest) > DROPPED:
         drops = Finding("fell before", UNKNOWN)
     claim = f"falls below that: height lost down to {lowest - LOWER:g} kPa; {where}"
-    yield row(NAME, claim, f"above {DROPPED:g} mm", drops, [outcome])
+    yield row(HOLDS, claim, f"above {DROPPED:g} mm", drops, [outcome])
     found = within(holding_pressure(fall), lowest, LOWEST_SPREAD, "kPa")
     reference = f"{lowest:g} kPa within {100 * LOWEST_SPREAD:g} %"
-    yield row(NAME, f"lowest pressure that holds; {where}", reference, found, [outcome])
+    yield row(HOLDS, f"lowest pressure that holds; {where}", reference, found, [outcome])
 
 
 def at(outcomes: Outcomes, pipe: float, angle: float, lowest: float) -> float:

@@ -30,6 +30,7 @@ from validation.digitised import Points
 from validation.motion import MILLI, NAN, displacement_while_falling, falls
 from validation.script import Listing, Script
 from validation.spike_patches import at
+from validation.statements import HARDER_SPIKES, SLEEVE
 from validation.thesis import BEST_RATE, HIGHEST, LOWEST
 from validation.verdicts import Row, above, below, more_than, row, shown, within
 
@@ -152,19 +153,21 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         found = within(reaching(after, pipe), wanted, ALIKE, "kPa")
         claim = f"{HARD}: inflates as before to the wall of a {pipe} mm pipe"
         reference = f"{shown(wanted, 'kPa')} within {100 * ALIKE:g} %"
-        yield row(NAME, claim, reference, found, [before, after])
+        yield row(HARDER_SPIKES, claim, reference, found, [before, after])
     found = more_than(displacement(outcomes, HARD), displacement(outcomes, PLAIN), "mm")
     behind = [outcomes[walking(name)] for name in (HARD, PLAIN)]
-    yield row(NAME, f"{HARD}: comes farther in a cycle, {PIPE} mm pipe", "farther", found, behind)
+    yield row(
+        HARDER_SPIKES, f"{HARD}: comes farther in a cycle, {PIPE} mm pipe", "farther", found, behind
+    )
     limit = f"{HIGHEST:g} kPa"
     claim = f"{PLAIN} reaches the wall of the {PIPE} mm pipe"
     found = below(reaching(before, PIPE), HIGHEST, "kPa")
-    yield row(NAME, claim, f"below {limit}", found, [before])
+    yield row(SLEEVE, claim, f"below {limit}", found, [before])
     for name in ("Dragon Skin 20", "Dragon Skin 30"):
         harder = outcomes[inflated(name)]
         found = above(reaching(harder, PIPE), HIGHEST, "kPa")
         claim = f"{name} hinders the inflation to the {PIPE} mm pipe"
-        yield row(NAME, claim, f"above {limit}", found, [harder])
+        yield row(SLEEVE, claim, f"above {limit}", found, [harder])
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:

@@ -15,6 +15,7 @@ from validation.command import command
 from validation.digitised import Points, deviation
 from validation.motion import MILLI, speed_after
 from validation.script import Script
+from validation.statements import MODE1_BEST, MODE1_FORWARD, MODE1_SLOW
 from validation.thesis import FREQUENCIES as NAMED
 from validation.verdicts import Row, below, highest_at, row, some_above
 
@@ -52,21 +53,21 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     names = [label(f) for f in FREQUENCIES]
     before = some_above(found[:-1], float(found[-1]), "mm/s")
     claim = "there is a best frequency below 192 Hz"
-    yield row(NAME, claim, "faster than at 192 Hz", before, behind)
+    yield row(MODE1_BEST, claim, "faster than at 192 Hz", before, behind)
     best = highest_at(names, found, [label(BEST)], "mm/s")
-    yield row(NAME, "fastest at 64 Hz, of all frequencies here", "64 Hz", best, behind)
+    yield row(MODE1_BEST, "fastest at 64 Hz, of all frequencies here", "64 Hz", best, behind)
     of_named = [FREQUENCIES.index(f) for f in NAMED]
     best = highest_at([names[k] for k in of_named], found[of_named], [label(BEST)], "mm/s")
     claim = f"fastest at 64 Hz, of the thesis's {', '.join(map(str, NAMED))} Hz"
-    yield row(NAME, claim, "64 Hz", best, [outcomes[names[k]] for k in of_named])
+    yield row(MODE1_BEST, claim, "64 Hz", best, [outcomes[names[k]] for k in of_named])
     at_best = some_above(found, 0.0, "mm/s")
-    yield row(NAME, "forward at its best frequency", "above 0 mm/s", at_best, behind)
+    yield row(MODE1_FORWARD, "forward at its best frequency", "above 0 mm/s", at_best, behind)
     last = below(abs(float(found[-1])), SLOW, "mm/s")
-    yield row(NAME, "slow at 192 Hz", f"below {SLOW:g} mm/s", last, [outcomes[names[-1]]])
+    yield row(MODE1_SLOW, "slow at 192 Hz", f"below {SLOW:g} mm/s", last, [outcomes[names[-1]]])
     if points is not None:
         there = np.interp(points["frequency_Hz"], FREQUENCIES, found, left=np.nan, right=np.nan)
         finding = deviation(there, points["speed_mm_s"], points["spread"], "mm/s")
-        yield row(NAME, "Fig 4.8: speed over frequency", "digitised points", finding, behind)
+        yield row(MODE1_BEST, "Fig 4.8: speed over frequency", "digitised points", finding, behind)
 
 
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:

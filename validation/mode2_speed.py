@@ -19,6 +19,7 @@ from validation.command import command
 from validation.digitised import Points, deviation
 from validation.motion import MILLI, NAN, falls
 from validation.script import Script
+from validation.statements import MODE2_RATE, MODE2_SPEED, MODE2_STEP
 from validation.thesis import BEST_RATE
 from validation.verdicts import (
     Row,
@@ -79,24 +80,24 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     for rate in STEPPING:
         forward = above(float(step[RATES.index(rate)]), 0.0, "mm")
         claim = f"a net step forward a cycle at {rate:g} kPa/s"
-        yield row(NAME, claim, "above 0 mm", forward, [outcomes[label(rate)]])
+        yield row(MODE2_STEP, claim, "above 0 mm", forward, [outcomes[label(rate)]])
     mean = within_factor(float(speed[stepping].mean()), SPEED, FACTOR, "mm/s")
     mean = replace(mean, computed=f"{mean.computed}, mean of {shown_list(speed[stepping])}")
     reference = f"{SPEED:g} mm/s within a factor of {FACTOR:g}"
-    yield row(NAME, "mean speed at 10 to 15 kPa/s", reference, mean, behind)
+    yield row(MODE2_SPEED, "mean speed at 10 to 15 kPa/s", reference, mean, behind)
     less = more_than(float(step[stepping].min()), float(step[0]), "mm")
     claim = "a smaller step at 2 kPa/s than at any of 10 to 15 kPa/s"
-    yield row(NAME, claim, "smaller", less, [outcomes[label(RATES[0])], *behind])
+    yield row(MODE2_RATE, claim, "smaller", less, [outcomes[label(RATES[0])], *behind])
     mode3 = falls(outcomes[MODE3.name].history)
     speed3 = MILLI * mode3[0].mean_speed if mode3 else NAN
     far = at_most_share(float(speed[stepping].max()), speed3, FAR)
     reference = f"below {100 * FAR:.0f} % of Mode 3's speed"
     claim = "far slower than Mode 3 in the same pipe"
-    yield row(NAME, claim, reference, far, [*behind, outcomes[MODE3.name]])
+    yield row(MODE2_SPEED, claim, reference, far, [*behind, outcomes[MODE3.name]])
     if points is not None:
         there = np.interp(points["rate_kPa_s"], RATES, speed, left=np.nan, right=np.nan)
         finding = deviation(there, points["speed_mm_s"], points["spread"], "mm/s")
-        yield row(NAME, "speed over rate", "digitised points", finding, outcomes.values())
+        yield row(MODE2_SPEED, "speed over rate", "digitised points", finding, outcomes.values())
 
 
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:

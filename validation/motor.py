@@ -27,7 +27,8 @@ from validation.cases import Outcomes
 from validation.command import command
 from validation.digitised import Points
 from validation.script import Listing, Script
-from validation.verdicts import AGREES, UNKNOWN, Finding, Row, row
+from validation.statements import MOTOR
+from validation.verdicts import AGREES, EQUATIONS, UNKNOWN, Finding, Row, row
 
 NAME = "motor"
 VOLTAGE = np.array([3.0, 4.0, 5.0])  # V
@@ -103,33 +104,33 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     k, resistance = constants(ON_DISC, CURRENT)
     text = f"k = {1e3 * k:.3g} mV s, R = {resistance:.3g} Ohm"
     claim = "V = k w + R I at 3 and 5 V on the disc"
-    yield row(NAME, claim, POSITIVE, positive(text, k, resistance))
+    yield row(MOTOR, claim, POSITIVE, positive(text, k, resistance))
     speed, voltage, current = (float(one[-1] / one[0]) for one in (ON_DISC, VOLTAGE, CURRENT))
     text = f"{speed:.3f}, {voltage:.3f}, {current:.3f}"
     claim = "from 3 to 5 V speed, voltage, current grow by"
     reference = "the voltage lies between speed and current"
-    yield row(NAME, claim, reference, positive(text, voltage - speed, current - voltage))
+    yield row(MOTOR, claim, reference, positive(text, voltage - speed, current - voltage))
     least, found = exponents()
     text = f"n = {found:.3g} by the currents, more than {least:.3g} needed"
     claim = "friction grows as w^n, fast enough for k > 0"
-    yield row(NAME, claim, "n by the currents above the least", positive(text, found - least))
+    yield row(MOTOR, claim, "n by the currents above the least", positive(text, found - least))
     yield from friction_rows()
     k = largest_constant(0.0, 0.5 * READ)
     claim = "k > 0 within the rounding of the currents to mA"
-    yield row(NAME, claim, POSITIVE, positive(f"k = {1e3 * k:.3g} mV s at most", k))
+    yield row(MOTOR, claim, POSITIVE, positive(f"k = {1e3 * k:.3g} mV s at most", k))
     k = largest_constant(ROUNDED, READ)
     induced = k * turning(ON_DISC[:1])[0]
     claim = f"k of use, frequencies off by {ROUNDED:g} Hz, currents by {1e3 * READ:g} mA"
     text = f"k = {1e3 * k:.3g} mV s at most, {induced:.2g} V of 3 V"
     reference = "induces 0.3 V at 3 V, a tenth, or more"
-    yield row(NAME, claim, reference, positive(text, induced - 0.1 * VOLTAGE[0]))
+    yield row(MOTOR, claim, reference, positive(text, induced - 0.1 * VOLTAGE[0]))
     for name, frequency in ON_ROBOTS.items():
         k, resistance = constants(frequency, CURRENT)
         text = f"k = {1e3 * k:.3g} mV s, R = {resistance:.3g} Ohm"
         claim = f"V = k w + R I at 3 and 5 V, if the currents are those on {name}"
-        yield row(NAME, claim, POSITIVE, positive(text, k, resistance))
+        yield row(MOTOR, claim, POSITIVE, positive(text, k, resistance))
     claim = "turns slower on a robot than on the disc, as a motor with these constants"
-    yield row(NAME, claim, "120 to 191 Hz", Finding("no constants to foretell it with", UNKNOWN))
+    yield row(MOTOR, claim, "120 to 191 Hz", Finding("no constants to foretell it with", UNKNOWN))
 
 
 def friction_rows() -> Iterator[Row]:
@@ -137,7 +138,7 @@ def friction_rows() -> Iterator[Row]:
     ratio = VOLTAGE / turning(ON_DISC)
     text = ", ".join(f"{1e3 * one:.3g}" for one in ratio) + " mV s"
     alike = Finding(text, AGREES if np.ptp(ratio) < ALIKE * ratio.mean() else UNKNOWN)
-    yield row(NAME, "viscous drag: V / w is constant", f"within {100 * ALIKE:g} %", alike)
+    yield row(MOTOR, "viscous drag: V / w is constant", f"within {100 * ALIKE:g} %", alike)
     for friction, powers, units in (
         ("Coulomb and viscous", (1, 0), ("V s", "V")),
         ("air or loaded bearing", (1, 2), ("V s", "V s^2")),
@@ -149,7 +150,7 @@ def friction_rows() -> Iterator[Row]:
             f"{names[power]} = {value:.3g} {unit}"
             for power, value, unit in zip(powers, found, units, strict=True)
         )
-        yield row(NAME, f"{friction}: best fit of V(w)", POSITIVE, positive(text, *found))
+        yield row(MOTOR, f"{friction}: best fit of V(w)", POSITIVE, positive(text, *found))
 
     powers = (1, 3)
     k, cubic = friction_fit(powers)
@@ -158,7 +159,7 @@ def friction_rows() -> Iterator[Row]:
     claim = "friction as w^3: best fit of V(w), and the currents' growth with it"
     reference = f"all constants positive, {CURRENT[1] / CURRENT[0]:.3g} within {100 * ALIKE:g} %"
     off = ALIKE - abs(grown / (CURRENT[1] / CURRENT[0]) - 1.0)
-    yield row(NAME, claim, reference, positive(text, k, cubic, off))
+    yield row(MOTOR, claim, reference, positive(text, k, cubic, off))
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:
@@ -202,6 +203,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
 
 SCRIPT = Script(
     name=NAME,
+    model=EQUATIONS,
     figure="Table 4.1",
     about=(
         "Whether voltages, frequencies on the disc and currents make a direct current motor with "

@@ -3,9 +3,10 @@
 import base64
 import json
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from html import escape
+from itertools import groupby
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -15,12 +16,35 @@ from rich.markup import escape as plain
 from rich.table import Table
 
 from validation.script import PUBLISHED, THESIS, Evidence, Listing, Script
-from validation.verdicts import AGREES, DISAGREES, UNKNOWN, VERDICTS, Row
+from validation.statements import STATEMENTS, Statement
+from validation.verdicts import (
+    AGREES,
+    DISAGREES,
+    IN_PART,
+    MODELS,
+    RULE,
+    TRIAL,
+    UNEXAMINED,
+    UNKNOWN,
+    VERDICTS_OF_STATEMENTS,
+    Row,
+    counts,
+    verdict_of,
+)
 
 TEMPLATE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
-PLURAL = {AGREES: "agree", DISAGREES: "disagree", UNKNOWN: UNKNOWN}
-CLASSES = {AGREES: "agrees", DISAGREES: "disagrees", UNKNOWN: "unknown"}
-COLOURS = {AGREES: "green", DISAGREES: "red", UNKNOWN: "dim"}
+PLURAL = {AGREES: "agree", IN_PART: "agree in part", DISAGREES: "disagree"}
+COLOURS = {AGREES: "green", IN_PART: "yellow", DISAGREES: "red"}
+SUB_CLAIMS = {
+    "sub-claim": "claim",
+    "thesis": "reference",
+    "computed": "computed",
+    "model": "model",
+    "script": "script",
+}
+"""Columns of the table of sub-claims: heading -> field of `Row`."""
+FITTED = "The stiffness of the sleeve was fitted to this."
+LISTED = 3  # results of a model that are shown beside their count
 
 
 @dataclass(frozen=True)
@@ -59,44 +83,95 @@ def all_rows(sections: Iterable[Section]) -> list[Row]:
     return [row for section in sections for row in section.rows]
 
 
-def counts(rows: Sequence[Row]) -> dict[str, int]:
-    """Verdict -> number of rows."""
-    found = Counter(row.verdict for row in rows)
-    return {verdict: found[verdict] for verdict in VERDICTS}
+def by_statement(sections: Iterable[Section]) -> dict[Statement, list[Row]]:
+    """Return the sub-claims of every statement of the thesis, in the order of the page."""
+    found: dict[Statement, list[Row]] = {statement: [] for statement in STATEMENTS}
+    for row in all_rows(sections):
+        if row.statement is not None:
+            found[row.statement].append(row)
+    return found
 
 
-def show(console: Console, sections: Sequence[Section]) -> None:
-    """A table for each script, and the counts."""
-    for section in sections:
-        table = Table(title=f"{section.script.name}, {section.name}", title_justify="left")
-        for heading in (*section.script.evidence.columns, "verdict"):
+def statement_counts(found: Mapping[Statement, Iterable[Row]]) -> dict[str, int]:
+    """Return the number of statements of each verdict."""
+    verdicts = Counter(verdict_of(rows) for rows in found.values())
+    return {verdict: verdicts[verdict] for verdict in VERDICTS_OF_STATEMENTS}
+
+
+def counted(number: int, what: str, verdicts: Mapping[str, int]) -> str:
+    """Return the counts as a sentence."""
+    parts = [f"{count} {PLURAL.get(verdict, verdict)}" for verdict, count in verdicts.items()]
+    return f"{number} {what}: {', '.join(parts)}."
+
+
+def summary(sections: Sequence[Section]) -> list[str]:
+    """Return sentences with the counts of statements, of sub-claims, and of published claims."""
+    rows = all_rows(sections)
+    of_thesis = [row for row in rows if row.statement is not None]
+    others = [row for row in rows if row.statement is None]
+    sentences = []
+    if of_thesis:
+        found = by_statement(sections)
+        sentences.append(counted(len(found), "statements", statement_counts(found)))
+        sentences.append(counted(len(of_thesis), "sub-claims", counts(of_thesis)))
+    if others:
+        sentences.append(counted(len(others), "predictions", counts(others)))
+    return sentences
+
+
+def show(console: Console, sections: Sequence[Section], details: bool) -> None:
+    """Print a table of the statements, the tables of published data, and the counts.
+
+    details: print the sub-claims, remarks and listings of each script too.
+    """
+    found = {statement: rows for statement, rows in by_statement(sections).items() if rows}
+    if found:
+        table = Table(title="Statements of the thesis", title_justify="left")
+        for heading in ("statement", "thesis", *MODELS, "verdict"):
             table.add_column(heading, overflow="fold")
-        for row in section.rows:
-            colour = COLOURS[row.verdict]
-            texts = map(plain, _texts(row, section.script.evidence))
-            table.add_row(*texts, f"[{colour}]{row.verdict}[/]")
+        for group, statements in groupby(found, key=lambda statement: statement.group):
+            table.add_section()
+            table.add_row(f"[bold]{group}[/]")
+            for statement in statements:
+                cells = [agreement(_of(found[statement], model)) for model in MODELS]
+                verdict = _coloured(verdict_of(found[statement]))
+                table.add_row(plain(statement.text), plain(statement.value), *cells, verdict)
         console.print(table)
-        for text in (section.basis, *section.remarks):
-            console.print(text, highlight=False, markup=False)
-        for listing in section.listings:
-            console.print(listed(listing))
-    console.print(counted(all_rows(sections)), highlight=False)
+    for section in sections:
+        if details or section.script.evidence is PUBLISHED:
+            show_section(console, section)
+    for sentence in summary(sections):
+        console.print(sentence, highlight=False)
 
 
-def listed(listing: Listing) -> Table:
-    """A listing for the console."""
-    table = Table(title=plain(listing.title), title_justify="left")
-    for heading in listing.headings:
-        table.add_column(plain(heading), overflow="fold")
-    for row in listing.rows:
-        table.add_row(*map(plain, row))
-    return table
+def show_section(console: Console, section: Section) -> None:
+    """Print the rows, remarks and listings of a script."""
+    table = Table(title=f"{section.script.name}, {section.name}", title_justify="left")
+    columns = section.script.evidence.columns
+    for heading in (*columns, "verdict"):
+        table.add_column(heading, overflow="fold")
+    for row in section.rows:
+        table.add_row(*map(plain, _texts(row, columns)), _coloured(row.verdict))
+    console.print(table)
+    for text in (section.basis, *section.remarks):
+        console.print(text, highlight=False, markup=False)
+    for listing in section.listings:
+        table = Table(title=plain(listing.title), title_justify="left")
+        for heading in listing.headings:
+            table.add_column(plain(heading), overflow="fold")
+        for cells in listing.rows:
+            table.add_row(*map(plain, cells))
+        console.print(table)
 
 
-def counted(rows: Sequence[Row]) -> str:
-    """The counts as a sentence."""
-    parts = [f"{number} {PLURAL[verdict]}" for verdict, number in counts(rows).items()]
-    return f"{len(rows)} claims: {', '.join(parts)}."
+def agreement(rows: Sequence[Row]) -> str:
+    """Return how many rows agree, of those that could be decided, and how many could not."""
+    found = counts(rows)
+    decided = len(rows) - found[UNKNOWN]
+    parts = [f"{found[AGREES]} of {decided} agree"] if decided else []
+    if found[UNKNOWN]:
+        parts.append(f"{found[UNKNOWN]} undecided")
+    return ", ".join(parts)
 
 
 def content(
@@ -109,9 +184,17 @@ def content(
 
     about: total time, device, version and similar facts; skipped: sentences on scripts not run.
     """
-    rows = all_rows(sections)
+    rows, found = all_rows(sections), by_statement(sections)
     return {
-        "rows": [asdict(row) for row in rows],
+        "statements": [
+            {**asdict(statement), "verdict": verdict_of(of), "sub_claims": counts(of)}
+            for statement, of in found.items()
+        ],
+        "statement_counts": statement_counts(found),
+        "rows": [
+            {**asdict(row), "statement": row.statement.text if row.statement else ""}
+            for row in rows
+        ],
         "counts": counts(rows),
         **about,
         "constants": list(constants),
@@ -158,18 +241,78 @@ def write_html(
         for key, value in everything.items()
         if isinstance(value, str | int | float)
     ]
+    of_thesis = evidence is THESIS
     page = TEMPLATE.substitute(
         title=escape(evidence.title),
-        counts=escape(counted(all_rows(sections))),
+        counts="\n".join(f"<p><b>{escape(text)}</b></p>" for text in summary(sections)),
+        statements=_statements(sections) if of_thesis else "",
+        scripts=_scripts(sections),
+        skipped="\n".join(f"<p>{escape(text)}</p>" for text in everything["skipped"]),
+        sections="\n".join(_section(section, folded=of_thesis) for section in sections),
+        constants=_constants(everything["constants"]) if of_thesis else "",
         about=escape("; ".join(facts)),
-        summary=_summary(sections),
-        sections="\n".join(_section(section) for section in sections),
-        constants=_constants(everything["constants"]) if evidence is THESIS else "",
     )
     path.write_text(page, encoding="utf-8")
 
 
-def _summary(sections: Sequence[Section]) -> str:
+def _statements(sections: Sequence[Section]) -> str:
+    """Return the table of statements; each unfolds to its sub-claims."""
+    found = by_statement(sections)
+    headings = ("statement", "thesis", *MODELS, "verdict")
+    parts = [
+        f"<p>{escape(RULE)} Click on a statement to see its sub-claims.</p>",
+        f'<div class="statement head">{"".join(f"<div>{text}</div>" for text in headings)}</div>',
+    ]
+    examined = [statement for statement in found if found[statement]]
+    for group, statements in groupby(examined, key=lambda statement: statement.group):
+        parts.append(f"<h3>{escape(group)}</h3>")
+        parts += [_statement(statement, found[statement]) for statement in statements]
+    missing = [statement for statement in found if not found[statement]]
+    if missing:
+        lines = (_cells((one.text, one.value, one.where)) for one in missing)
+        parts.append(f"<h3>{UNEXAMINED.capitalize()} by the scripts of this run</h3>")
+        parts.append(_table(("statement", "value", "thesis"), lines))
+    return "\n".join(parts)
+
+
+def _statement(statement: Statement, rows: Sequence[Row]) -> str:
+    verdict = verdict_of(rows)
+    notes = [statement.where, FITTED] if statement.fitted else [statement.where]
+    cells = (
+        escape(statement.text),
+        f"{escape(statement.value)}{_quiet(' '.join(notes).strip())}",
+        *(_results(_of(rows, model)) for model in MODELS),
+        f"<b>{escape(verdict)}</b>{_quiet(agreement(_counting(rows)))}",
+    )
+    marks = ("", "", "", "", "", _class(verdict))
+    divs = (f'<div class="{mark}">{cell}</div>' for mark, cell in zip(marks, cells, strict=True))
+    trials = _of(rows, TRIAL)
+    parts = [_claims(_counting(rows), SUB_CLAIMS)]
+    if trials:
+        parts.append(f"<p>With other constants: {agreement(trials)}.</p>")
+        parts.append(_claims(trials, SUB_CLAIMS))
+    head = f'<summary class="statement">{"".join(divs)}</summary>'
+    return f"<details>{head}\n{''.join(parts)}</details>"
+
+
+def _results(rows: Sequence[Row]) -> str:
+    """Return how many rows of a model agree; and what was computed, where it is little."""
+    results = [row.computed for row in rows if row.verdict != UNKNOWN]
+    if len(results) > LISTED:
+        results = []
+    return escape(agreement(rows)) + _quiet("; ".join(results))
+
+
+def _of(rows: Iterable[Row], model: str) -> list[Row]:
+    return [row for row in rows if row.model == model]
+
+
+def _counting(rows: Iterable[Row]) -> list[Row]:
+    """Return the rows that a verdict on their statement rests on."""
+    return [row for row in rows if row.model != TRIAL]
+
+
+def _scripts(sections: Sequence[Section]) -> str:
     """Return a table with a line per script."""
     lines = [
         (
@@ -181,7 +324,7 @@ def _summary(sections: Sequence[Section]) -> str:
         )
         for section in sections
     ]
-    headings = ("script", "source", *PLURAL.values(), "wall time", "repeat with")
+    headings = ("script", "source", "agree", "disagree", UNKNOWN, "wall time", "repeat with")
     return _table(headings, map(_cells, lines))
 
 
@@ -198,28 +341,13 @@ def _constants(constants: Sequence[dict[str, Any]]) -> str:
     )
 
 
-def _texts(row: Row, evidence: Evidence) -> list[str]:
-    """Return the texts of a row before its verdict."""
-    return [getattr(row, field) for field in evidence.columns.values()]
-
-
-def _fact(key: str, value: Any) -> str:
-    """ "total_time_s", 12.5 as "total time 12.5 s"."""
-    name, unit = (key[:-2], " s") if key.endswith("_s") else (key, "")
-    return f"{name.replace('_', ' ')} {value}{unit}"
-
-
-def _section(section: Section) -> str:
-    evidence = section.script.evidence
-    rows = (
-        _cells(_texts(row, evidence))
-        + f'<td class="verdict {CLASSES[row.verdict]}">{escape(row.verdict)}</td>'
-        for row in section.rows
-    )
-    parts = [
-        f"<h2>{escape(section.script.name)}: {escape(section.name)}</h2>",
-        *(f"<p>{escape(paragraph)}</p>" for paragraph in section.script.about.split("\n\n")),
-        _table((*evidence.columns, "verdict"), rows),
+def _section(section: Section, folded: bool) -> str:
+    """Return the text, remarks, listings and figure of a script; its rows if not folded."""
+    heading = f"{escape(section.script.name)}: {escape(section.name)}"
+    parts = [f"<p>{escape(text)}</p>" for text in section.script.about.split("\n\n")]
+    if not folded:
+        parts.append(_claims(section.rows, section.script.evidence.columns))
+    parts += [
         f'<p class="quiet">{escape(section.basis)}</p>',
         *(f"<p>{escape(remark)}</p>" for remark in section.remarks),
         *map(_listing, section.listings),
@@ -228,7 +356,19 @@ def _section(section: Section) -> str:
         picture = base64.b64encode(section.figure.read_bytes()).decode("ascii")
         name = escape(section.name, quote=True)
         parts.append(f'<img alt="{name}" src="data:image/png;base64,{picture}">')
-    return "\n".join(parts)
+    body = "\n".join(parts)
+    if folded:
+        return f'<details><summary class="script">{heading}</summary>\n{body}\n</details>'
+    return f"<h2>{heading}</h2>\n{body}"
+
+
+def _claims(rows: Iterable[Row], columns: Mapping[str, str]) -> str:
+    lines = (
+        _cells(_texts(row, columns))
+        + f'<td class="verdict {_class(row.verdict)}">{escape(row.verdict)}</td>'
+        for row in rows
+    )
+    return _table((*columns, "verdict"), lines)
 
 
 def _listing(listing: Listing) -> str:
@@ -245,3 +385,27 @@ def _table(headings: Iterable[str], rows: Iterable[str]) -> str:
 
 def _cells(texts: Iterable[str]) -> str:
     return "".join(f"<td>{escape(text)}</td>" for text in texts)
+
+
+def _texts(row: Row, columns: Mapping[str, str]) -> list[str]:
+    """Return the texts of a row before its verdict."""
+    return [getattr(row, field) for field in columns.values()]
+
+
+def _quiet(text: str) -> str:
+    return f'<div class="quiet">{escape(text)}</div>' if text else ""
+
+
+def _class(verdict: str) -> str:
+    return verdict.replace(" ", "-")
+
+
+def _coloured(verdict: str) -> str:
+    colour = COLOURS.get(verdict, "dim")
+    return f"[{colour}]{verdict}[/]"
+
+
+def _fact(key: str, value: Any) -> str:
+    """ "total_time_s", 12.5 as "total time 12.5 s"."""
+    name, unit = (key[:-2], " s") if key.endswith("_s") else (key, "")
+    return f"{name.replace('_', ' ')} {value}{unit}"

@@ -28,6 +28,7 @@ from validation.displacement import COLOURS
 from validation.motion import NAN
 from validation.pull import Pull, pull_of
 from validation.script import Script
+from validation.statements import PULL, PULL_NOISE, PULL_PIPE, PULL_PRESSURE
 from validation.thesis import (
     BEST_FREQUENCY,
     FREQUENCIES,
@@ -113,11 +114,11 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
             f"{WEIGHTS[0]:g} to {WEIGHTS[1]:g} times the weight, "
             f"{WEIGHTS[0] * WEIGHT:.2f} to {WEIGHTS[1] * WEIGHT:.2f} N"
         )
-        yield row(NAME, claim, reference, in_weights(found[pipe]), behind)
+        yield row(PULL, claim, reference, in_weights(found[pipe]), behind)
     means = [found[pipe].mean() for pipe in PIPES]
     most = highest_at([f"{pipe} mm" for pipe in PIPES], means, ["30 mm"], "N")
     claim = "pulls most in the 30 mm pipe, mean of the 12 largest pulls"
-    yield row(NAME, claim, "30 mm", most, outcomes.values())
+    yield row(PULL_PIPE, claim, "30 mm", most, outcomes.values())
     for pipe in PIPES:
         yield from noise_rows(outcomes, pipe)
     for pipe in PIPES:
@@ -130,7 +131,7 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
             )
         ]
         finding = deviation(np.array(computed), points["peak_N"], points["spread"], "N")
-        yield row(NAME, "Fig 4.11: largest pull", "digitised points", finding, outcomes.values())
+        yield row(PULL, "Fig 4.11: largest pull", "digitised points", finding, outcomes.values())
 
 
 def in_weights(found: np.ndarray) -> Finding:
@@ -158,17 +159,17 @@ def noise_rows(outcomes: Outcomes, pipe: int) -> Iterator[Row]:
     noisier = more_than(late, max(NOISIER * rising, least), "mN")
     claim = f"noisy in the last third of the deflation, smooth while inflating; {where}, 192 Hz"
     reference = f"above {NOISIER:g} times the scatter, and {100 * NOISY:g} % of the largest pull"
-    yield row(NAME, claim, reference, noisier, rests_on)
+    yield row(PULL_NOISE, claim, reference, noisier, rests_on)
     if pipe == PIPES[0]:
         claim = f"noisier in the last third of the deflation than in the first; {where}, 192 Hz"
-        yield row(NAME, claim, "more", more_than(late, early, "mN"), rests_on)
+        yield row(PULL_NOISE, claim, "more", more_than(late, early, "mN"), rests_on)
         return
     scatter = [NAN if pull is None else noise_falling(pull) for pull in held]
     claim = f"noisier the faster the motor while it deflates; {where}"
-    yield row(NAME, claim, "rises with frequency", rises(scatter, "mN"), behind)
+    yield row(PULL_NOISE, claim, "rises with frequency", rises(scatter, "mN"), behind)
     onset = [NAN if pull is None else 1e-3 * pull.noisy_from(NOISY * pull.peak) for pull in held]
     claim = f"noisy earlier, at higher pressure, the faster the motor; {where}"
-    yield row(NAME, claim, "rises with frequency", rises(onset, "kPa"), behind)
+    yield row(PULL_NOISE, claim, "rises with frequency", rises(onset, "kPa"), behind)
 
 
 def thirds(pull: Pull) -> tuple[float, float, float]:
@@ -195,7 +196,7 @@ def pressure_rows(outcomes: Outcomes, pipe: int, found: np.ndarray) -> Iterator[
         told = f"{shown(high, 'N')} against {shown(low, 'N')}"
         alike = replace(within(high, low, ALIKE), computed=told)
         claim = f"{what} pull at 26 kPa like that at 23 kPa; {pipe} mm pipe, mean of 4 frequencies"
-        yield row(NAME, claim, f"equal within {100 * ALIKE:g} %", alike, behind)
+        yield row(PULL_PRESSURE, claim, f"equal within {100 * ALIKE:g} %", alike, behind)
 
 
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:

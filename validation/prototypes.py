@@ -26,6 +26,7 @@ from validation.deflation_rate import case as second_design
 from validation.digitised import Points, deviation
 from validation.motion import LEAST, MILLI, NAN, falls
 from validation.script import Script
+from validation.statements import PROTOTYPES
 from validation.thesis import BEST_RATE, LOWEST
 from validation.verdicts import Row, above, at_most_share, more_than, row, shown
 
@@ -119,26 +120,26 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         behind = [outcomes[label(pipe, design)] for design in (FIRST, SECOND)]
         moves = above(second, MILLI * LEAST, "mm")
         claim = f"the second design, {SECOND.name}, moves forward; {pipe} mm pipe"
-        yield row(NAME, claim, f"above {MILLI * LEAST:g} mm", moves, behind[1:])
+        yield row(PROTOTYPES, claim, f"above {MILLI * LEAST:g} mm", moves, behind[1:])
         stuck = at_most_share(first, second, STUCK)
         claim = f"the first design, {FIRST.name}, does not move forward; {pipe} mm pipe"
         reference = f"below {100 * STUCK:g} % of the second's displacement"
-        yield row(NAME, claim, reference, stuck, behind)
+        yield row(PROTOTYPES, claim, reference, stuck, behind)
     pipe = 36
     slow, fast = (speed(outcomes, pipe, design) for design in (THIRD, SECOND))
     behind = [outcomes[label(pipe, design)] for design in (THIRD, SECOND)]
     claim = f"the third design, {THIRD.name}, is slower than the second; {pipe} mm pipe"
-    yield row(NAME, claim, "slower", more_than(fast, slow, "mm/s"), behind)
+    yield row(PROTOTYPES, claim, "slower", more_than(fast, slow, "mm/s"), behind)
     forward = above(slow, 0.0, "mm/s")
     claim = f"the third design, {THIRD.name}, moves forward; {pipe} mm pipe"
-    yield row(NAME, claim, "above 0 mm/s", forward, behind[:1])
+    yield row(PROTOTYPES, claim, "above 0 mm/s", forward, behind[:1])
     if points is not None:
         computed = [
             measured(outcomes, pipe, number)
             for pipe, number in zip(points["pipe_mm"], points["prototype"], strict=True)
         ]
         finding = deviation(np.array(computed), points["speed_mm_s"], points["spread"], "mm/s")
-        yield row(NAME, "Table 3.2: speed", "digitised points", finding, outcomes.values())
+        yield row(PROTOTYPES, "Table 3.2: speed", "digitised points", finding, outcomes.values())
 
 
 def measured(outcomes: Outcomes, pipe: float, number: float) -> float:

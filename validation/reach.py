@@ -32,6 +32,7 @@ from validation.digitised import Points, deviation
 from validation.motion import MILLI, NAN
 from validation.pipes import LOOKS
 from validation.script import Listing, Script
+from validation.statements import LOADED, REACH_LEVEL, REACH_UP
 from validation.thesis import EFFECTIVE_RATE, HIGHEST, LOWEST, PIPES, RING, WEIGHT
 from validation.verdicts import (
     AGREES,
@@ -161,9 +162,8 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     for pipe, proportion, spread in ((36, 1.0, ALIKE), (41, PROPORTION, PROPORTION_SPREAD)):
         claim = f"pull upright, {pipe} mm over 30 mm"
         reference = f"{proportion:g} within {100 * spread:g} %"
-        rests_on = behind(outcomes, 30, pipe)
-        yield row(NAME, claim, reference, in_proportion(found[30], found[pipe], proportion, spread),
-                  rests_on)  # fmt: skip
+        ratio = in_proportion(found[30], found[pipe], proportion, spread)
+        yield row(REACH_UP, claim, reference, ratio, behind(outcomes, 30, pipe))
     for pipe in PIPES:
         speeds = until_it_stands(outcomes, pipe)
         claim = (
@@ -172,18 +172,18 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         slower = decreases(speeds, "mm/s")
         if len(speeds) == 1:
             slower = Finding("it does not get on without any weight", UNKNOWN)
-        yield row(NAME, claim, "falls", slower, behind(outcomes, pipe))
+        yield row(LOADED, claim, "falls", slower, behind(outcomes, pipe))
     for pipe in PIPES:
         metres = within(found[pipe].estimate / TETHER, UP[pipe], HIGH_SPREAD, "m")
         claim = f"tether that it carries up; {pipe} mm pipe"
         reference = f"{UP[pipe]:.3g} m within {100 * HIGH_SPREAD:g} %"
-        yield row(NAME, claim, reference, metres, behind(outcomes, pipe))
+        yield row(REACH_UP, claim, reference, metres, behind(outcomes, pipe))
     for pipe in PIPES:
         level = pull(outcomes, pipe, LEVEL)
         claim = f"level distance, by the pull against friction; {pipe} mm pipe"
         reference = f"{STATED[pipe][0]:g} to {STATED[pipe][1]:g} m, bands that meet"
         rests_on = behind(outcomes, pipe, heading=LEVEL)
-        yield row(NAME, claim, reference, level_distance(level, STATED[pipe]), rests_on)
+        yield row(REACH_LEVEL, claim, reference, level_distance(level, STATED[pipe]), rests_on)
     if points is not None:
         computed = [
             1e3 * found[int(pipe)].estimate / 9.81 if pipe in PIPES else NAN
@@ -191,7 +191,7 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         ]
         finding = deviation(np.array(computed), points["carried_g"], points["spread"], "g")
         claim = "Fig 6.8: mass that it carries up"
-        yield row(NAME, claim, "digitised points", finding, outcomes.values())
+        yield row(REACH_UP, claim, "digitised points", finding, outcomes.values())
 
 
 def until_it_stands(outcomes: Outcomes, pipe: int) -> list[float]:

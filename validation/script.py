@@ -6,7 +6,7 @@ from pathlib import Path
 
 from validation.cases import Case, Outcomes
 from validation.digitised import Points
-from validation.verdicts import Row
+from validation.verdicts import IN_SECTION, Row
 
 
 @dataclass(frozen=True)
@@ -81,6 +81,7 @@ class Script:
     remarks: sentences below the rows: reasons for a disagreement, what a number means.
     listings: tables below the remarks: what was found, case by case.
     evidence: page that the script belongs to.
+    model: of its rows, where they have none of their own.
     data: folder of the measurements; the script is skipped where it is absent.
     """
 
@@ -94,6 +95,7 @@ class Script:
     remarks: Callable[[Outcomes], Iterable[str]] = no_remarks
     listings: Callable[[Outcomes], Iterable[Listing]] = no_listings
     evidence: Evidence = THESIS
+    model: str = IN_SECTION
     data: Path | None = None
     quick: tuple[str, ...] | None = None
 

@@ -24,6 +24,7 @@ from validation.command import command
 from validation.digitised import Points
 from validation.motion import NAN
 from validation.script import Listing, Script
+from validation.statements import FALL_TIME, RECOGNITION, SLOPE
 from validation.thesis import HIGHEST, PIPES
 from validation.verdicts import Row, above, below, more_than, row, shown
 
@@ -152,17 +153,17 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     behind = [outcomes[label(pipe, FRICTION)] for pipe in PIPES]
     for pipe, ratio in list(zip(PIPES, ratios, strict=True))[1:]:
         claim = f"slope near the top over that in the middle; {pipe} mm pipe"
-        yield row(NAME, claim, "below 1", below(float(ratio), 1.0), behind)
+        yield row(SLOPE, claim, "below 1", below(float(ratio), 1.0), behind)
     yield row(
-        NAME, "that ratio is smaller in the 41 than in the 36 mm pipe", "smaller",
+        SLOPE, "that ratio is smaller in the 41 than in the 36 mm pipe", "smaller",
         more_than(float(ratios[1]), float(ratios[2])), behind,
     )  # fmt: skip
     yield row(
-        NAME, "it is the largest in the 30 mm pipe", "largest",
+        SLOPE, "it is the largest in the 30 mm pipe", "largest",
         more_than(float(ratios[0]), float(max(ratios[1:]))), behind,
     )  # fmt: skip
     yield row(
-        NAME, "natural deflation is the shortest in the 30 mm pipe", "shortest",
+        FALL_TIME, "natural deflation is the shortest in the 30 mm pipe", "shortest",
         more_than(float(min(times[1:])), float(times[0]), "s"), behind,
     )  # fmt: skip
     spread = [outcomes[label(pipe, friction)] for pipe in PIPES for friction in FRICTIONS]
@@ -172,10 +173,10 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         claim = f"one inflation names the pipe by its {feature}"
         finding = above(right, LEAST_RIGHT)
         reference = f"right in {100 * LEAST_RIGHT:g} % of draws"
-        yield row(NAME, claim, reference, finding, spread)
+        yield row(RECOGNITION, claim, reference, finding, spread)
         finding = above(float(shares[len(PIPES) :, NONE].mean()), LEAST_RIGHT)
         claim = f"a pipe of {UNSHOWN} mm and free air are named none of them by the {feature}"
-        yield row(NAME, claim, reference, finding, beside)
+        yield row(RECOGNITION, claim, reference, finding, beside)
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:

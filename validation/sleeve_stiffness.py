@@ -35,7 +35,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from softsim.report.style import BLUE, INK, ORANGE, QUIET, SKY, WALL, drawing
-from validation.admitted import Statement, admitted, told, told_of
+from validation.admitted import Condition, admitted, told, told_of
 from validation.cases import Case, Outcome, Outcomes
 from validation.command import command
 from validation.contact_rows import EXPECTED, expected
@@ -52,6 +52,7 @@ from validation.motion import NAN
 from validation.pipes import LOOKS
 from validation.propulsion_force import ALIKE, CLEARANCE, TENDON, WEIGHTS, WIDTH
 from validation.script import Listing, Script
+from validation.statements import CONTACT_ROWS, PULL, PULL_PIPE, PULL_PRESSURE, SIZE, TOUCH
 from validation.thesis import (
     HIGHEST,
     HIGHESTS,
@@ -190,17 +191,17 @@ def cases() -> list[Case]:
     return [*skins, *(variant.case(pipe) for variant in variants for pipe in PIPES)]
 
 
-def statements(outcomes: Outcomes, variant: Variant) -> list[Statement]:
-    """Of the thesis, with what a series of runs makes of them."""
+def conditions(outcomes: Outcomes, variant: Variant) -> list[Condition]:
+    """Return the conditions of the thesis on a series of runs."""
     runs = variant.runs(outcomes)
     skin = outcomes[skin_name(variant.bulk)]
-    found = [radius_statement(skin, pipe) for pipe in PIPES[1:]]
-    for of_pipe in (rows_statement, same_rows, pull_at_best, pulls, pulls_alike, lets_go):
+    found = [radius_condition(skin, pipe) for pipe in PIPES[1:]]
+    for of_pipe in (rows_condition, same_rows, pull_at_best, pulls, pulls_alike, lets_go):
         found += [of_pipe(runs[pipe], pipe) for pipe in PIPES]
     return [*found, most_in_the_narrowest(runs)]
 
 
-def radius_statement(skin: Outcome, pipe: int) -> Statement:
+def radius_condition(skin: Outcome, pipe: int) -> Condition:
     """The pressures were chosen so that the robot, which adapts to 1 to 1.5 times its diameter,
     grows to the pipe's (4.2.3, 4.2.4): the highest pressure on the way to that radius.
     """
@@ -209,7 +210,8 @@ def radius_statement(skin: Outcome, pipe: int) -> Statement:
     radius = 0.5 * pipe - SPIKE_HEIGHT
     needed = float(np.interp(radius, curve.outer_radius, on_the_way, left=NAN, right=NAN))
     low, high = WORKING
-    return Statement(
+    return Condition(
+        SIZE,
         f"{pipe} mm: radius in free air",
         f"free air: grows to {pipe / SPIKED_DIAMETER:.2f} OD_S, a {pipe} mm pipe",
         f"at {low:g} to {high:g} kPa, within {100.0 * TOLERANCE:g} %",
@@ -220,10 +222,11 @@ def radius_statement(skin: Outcome, pipe: int) -> Statement:
     )
 
 
-def rows_statement(run: Held | None, pipe: int) -> Statement:
+def rows_condition(run: Held | None, pipe: int) -> Condition:
     """Four rows touch in the 30 mm pipe, two to three in the others (4.2.4)."""
     low, high = EXPECTED[pipe]
-    return Statement(
+    return Condition(
+        CONTACT_ROWS,
         f"{pipe} mm: rows",
         f"rows that touch at 20, 23, 26 kPa; {pipe} mm pipe",
         expected(pipe),
@@ -233,7 +236,7 @@ def rows_statement(run: Held | None, pipe: int) -> Statement:
     )
 
 
-def same_rows(run: Held | None, pipe: int) -> Statement:
+def same_rows(run: Held | None, pipe: int) -> Condition:
     """As many rows at 23 as at 26 kPa (4.2.4), of a robot that fills the pipe at 23 kPa."""
 
     def more(factor: float) -> list[float]:
@@ -242,26 +245,27 @@ def same_rows(run: Held | None, pipe: int) -> Statement:
         return [run.rows_at(HIGHESTS[2], factor) - run.rows_at(HIGHESTS[1], factor)]
 
     claim = f"rows that touch at 26 kPa beyond those at 23 kPa; {pipe} mm pipe"
-    return Statement(f"{pipe} mm: rows, 26 less 23 kPa", claim, "0", more, 0.0, 0.0)
+    return Condition(CONTACT_ROWS, f"{pipe} mm: rows, 26 less 23 kPa", claim, "0", more, 0.0, 0.0)
 
 
-def pull_at_best(run: Held | None, pipe: int) -> Statement:
+def pull_at_best(run: Held | None, pipe: int) -> Condition:
     """The largest pulls are 20 to 35 times the weight (4.2.4): at the best pressure of the three,
     which is the middle one.
     """
-    return pull_statement(run, pipe, (HIGHEST,))
+    return pull_condition(run, pipe, (HIGHEST,))
 
 
-def pulls(run: Held | None, pipe: int) -> Statement:
+def pulls(run: Held | None, pipe: int) -> Condition:
     """The same at all three, to the letter."""
-    return pull_statement(run, pipe, HIGHESTS)
+    return pull_condition(run, pipe, HIGHESTS)
 
 
-def pull_statement(run: Held | None, pipe: int, pressures: tuple[float, ...]) -> Statement:
+def pull_condition(run: Held | None, pipe: int, pressures: tuple[float, ...]) -> Condition:
     """The robot's pull at some pressures [kPa], as far as the section can tell it."""
     low, high = (times * WEIGHT for times in WEIGHTS)
     at = ", ".join(f"{pressure:g}" for pressure in pressures)
-    return Statement(
+    return Condition(
+        PULL,
         f"{pipe} mm: pull at {at} kPa",
         f"largest pull at {at} kPa; {pipe} mm pipe",
         f"{low:.2f} to {high:.2f} N, within {100.0 * SECTION:g} %",
@@ -272,7 +276,7 @@ def pull_statement(run: Held | None, pipe: int, pressures: tuple[float, ...]) ->
     )
 
 
-def pulls_alike(run: Held | None, pipe: int) -> Statement:
+def pulls_alike(run: Held | None, pipe: int) -> Condition:
     """No significant differences between 23 and 26 kPa (4.2.4), of one that fills the pipe."""
 
     def ratio(factor: float) -> list[float]:
@@ -280,7 +284,8 @@ def pulls_alike(run: Held | None, pipe: int) -> Statement:
             return [NAN]
         return [run.pull_at(HIGHESTS[2], factor) / run.pull_at(HIGHESTS[1], factor)]
 
-    return Statement(
+    return Condition(
+        PULL_PRESSURE,
         f"{pipe} mm: pull at 26 over 23 kPa",
         f"pull at 26 kPa over that at 23 kPa; {pipe} mm pipe",
         f"1 within {100.0 * ALIKE:g} %",
@@ -290,10 +295,11 @@ def pulls_alike(run: Held | None, pipe: int) -> Statement:
     )
 
 
-def lets_go(run: Held | None, pipe: int) -> Statement:
+def lets_go(run: Held | None, pipe: int) -> Condition:
     """At P_M3^S the spikes barely touch the wall (6.4)."""
     low, high = ((1.0 + share) * LOWEST[pipe] for share in (-LOWEST_SPREAD, LOWEST_SPREAD))
-    return Statement(
+    return Condition(
+        TOUCH,
         f"{pipe} mm: P_M3^S",
         f"P_M3^S, less than the weight is left on the upper wall; {pipe} mm pipe",
         f"{LOWEST[pipe]:g} kPa within {100.0 * LOWEST_SPREAD:g} %",
@@ -304,7 +310,7 @@ def lets_go(run: Held | None, pipe: int) -> Statement:
     )
 
 
-def most_in_the_narrowest(runs: Mapping[int, Held | None]) -> Statement:
+def most_in_the_narrowest(runs: Mapping[int, Held | None]) -> Condition:
     """It pulls most in the 30 mm pipe (4.2.4): its pull over the largest of the others, each the
     mean of the three pressures.
     """
@@ -318,25 +324,25 @@ def most_in_the_narrowest(runs: Mapping[int, Held | None]) -> Statement:
         return [first / np.max(others)]
 
     claim = "pulls most in the 30 mm pipe: over the largest pull in another one"
-    return Statement("pull: most in 30 mm", claim, "above 1", ratio, 1.0, np.inf)
+    return Condition(PULL_PIPE, "pull: most in 30 mm", claim, "above 1", ratio, 1.0, np.inf)
 
 
 def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
-    """Each statement at FACTOR, and which factors it admits."""
-    for statement in statements(outcomes, MAIN):
-        finding = statement.judge(FACTOR)
-        computed = f"{finding.computed}; admits {told_of(statement, TRIED)}"
+    """Yield the verdict on each condition at FACTOR, and the factors that it admits."""
+    for condition in conditions(outcomes, MAIN):
+        finding = condition.judge(FACTOR)
+        computed = f"{finding.computed}; admits {told_of(condition, TRIED)}"
         judged = Finding(computed, finding.verdict)
-        claim = f"{statement.claim}; sleeve {FACTOR:g} times as stiff"
-        yield row(NAME, claim, statement.reference, judged, outcomes.values())
+        claim = f"{condition.claim}; sleeve {FACTOR:g} times as stiff"
+        yield row(condition.statement, claim, condition.reference, judged, outcomes.values())
 
 
-def fitting(found: list[Statement]) -> np.ndarray:
+def fitting(found: list[Condition]) -> np.ndarray:
     """How many of the statements each of TRIED fits."""
-    return np.sum([admitted(statement, TRIED) for statement in found], axis=0)
+    return np.sum([admitted(condition, TRIED) for condition in found], axis=0)
 
 
-def best(found: list[Statement]) -> str:
+def best(found: list[Condition]) -> str:
     """Where most of the statements are fitted, and how many."""
     count = fitting(found)
     return f"{told(count == count.max(), TRIED)} ({count.max()} of {len(found)})"
@@ -346,7 +352,7 @@ def remarks(outcomes: Outcomes) -> Iterator[str]:
     """The hypothesis, and what speaks against it."""
     if any(run is None for run in MAIN.runs(outcomes).values()):
         return
-    found = statements(outcomes, MAIN)
+    found = conditions(outcomes, MAIN)
     yield (
         f"Hypothesis: a sleeve {FACTOR:g} times ({BAND[0]:g} to {BAND[1]:g}) as stiff as its "
         "stated constants, and pressures as the thesis gives them. Most statements are fitted at "
@@ -357,10 +363,10 @@ def remarks(outcomes: Outcomes) -> Iterator[str]:
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:
-    """Statement over factor; statement over what else matters."""
+    """Yield two tables: condition over factor; condition over what else matters."""
     if any(run is None for run in MAIN.runs(outcomes).values()):
         return
-    found = statements(outcomes, MAIN)
+    found = conditions(outcomes, MAIN)
     yield Listing(
         "Statements over the factor on the sleeve's constants (x: does not fit; ?: beyond "
         "what was run, or it does not fill the pipe)",
@@ -369,7 +375,7 @@ def listings(outcomes: Outcomes) -> Iterator[Listing]:
     )
     variants = [v for v in (MAIN, *OTHERS) if any(v.runs(outcomes).values())]
     if len(variants) > 1:
-        columns = [statements(outcomes, variant) for variant in variants]
+        columns = [conditions(outcomes, variant) for variant in variants]
         ranges = [[told_of(s, TRIED) for s in column] for column in columns]
         yield Listing(
             "Admitted factors, and what else they hang on",
@@ -382,7 +388,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
     """The range that each statement admits; pull and force on the upper wall over the pressure."""
     with drawing(path, 5.4) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(3, 2))
-        draw_ranges(left, statements(outcomes, MAIN))
+        draw_ranges(left, conditions(outcomes, MAIN))
         low, high = (times * WEIGHT for times in WEIGHTS)
         right.axhspan(low, high, color=WALL, zorder=0, label="thesis: largest pull")
         for pipe, run in MAIN.runs(outcomes).items():
@@ -400,17 +406,17 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
         right.legend(loc="upper left", frameon=True, edgecolor="none", framealpha=1.0)
 
 
-def draw_ranges(axes: Axes, found: list[Statement]) -> None:
+def draw_ranges(axes: Axes, found: list[Condition]) -> None:
     """A line a statement, thick where a factor fits."""
     axes.axvspan(*BAND, color=SKY, alpha=0.25, linewidth=0)
     axes.axvline(FACTOR, color=BLUE, linewidth=0.9)
-    for number, statement in enumerate(found):
-        fits = admitted(statement, TRIED)
-        colour = INK if statement.judge(FACTOR).verdict == AGREES else ORANGE
+    for number, condition in enumerate(found):
+        fits = admitted(condition, TRIED)
+        colour = INK if condition.judge(FACTOR).verdict == AGREES else ORANGE
         place = np.where(fits, float(number), NAN)
         axes.plot(TRIED, place, color=colour, linewidth=4.0, solid_capstyle="butt")
     axes.set(
-        yticks=range(len(found)), yticklabels=[statement.name for statement in found],
+        yticks=range(len(found)), yticklabels=[condition.name for condition in found],
         xlim=(TRIED[0], TRIED[-1]), ylim=(len(found) - 0.5, -0.5),
         xlabel="factor on the sleeve's constants", title="admitted by each statement",
     )  # fmt: skip

@@ -18,7 +18,14 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from softsim.report.style import BLUE, INK, ORANGE, QUIET, drawing
-from validation import critical_zones, deflation_rate, displacement, lowest_pressure, mode1_speed
+from validation import (
+    critical_zones,
+    deflation_rate,
+    displacement,
+    lowest_pressure,
+    mode1_speed,
+    statements,
+)
 from validation import propulsion_force as pulling
 from validation.air import deflation, natural_deflation
 from validation.cases import THINNED, Case, LayoutCase, Outcome, Outcomes
@@ -29,6 +36,19 @@ from validation.digitised import Points
 from validation.motion import MILLI, NAN, displacement_while_falling, falls, speed_after
 from validation.pull import pull_of
 from validation.script import Script
+from validation.statements import (
+    CLIMBS,
+    CONTACT_ROWS,
+    FREQUENCY,
+    HOLDS,
+    MODE1_BEST,
+    MODE1_SLOW,
+    PULL,
+    PULL_PIPE,
+    PULL_PRESSURE,
+    RATE_LIMIT,
+    Statement,
+)
 from validation.thesis import (
     BEST_FREQUENCY,
     BEST_RATE,
@@ -46,6 +66,7 @@ from validation.thesis import (
 from validation.verdicts import (
     AGREES,
     DISAGREES,
+    IN_SPACE,
     UNKNOWN,
     Finding,
     Row,
@@ -105,8 +126,8 @@ class Robot:
 SPACE = Robot("space", "_3d", "pfr_solid", 1.0, BLUE, Case("", "pfr_vertical_3d.yaml", THINNED))
 SECTION = Robot("section", "", "pfr", RING, ORANGE, lowest_pressure.vertical(PIPE))
 ROBOTS = (SPACE, SECTION)
-Claim = tuple[str, str, Finding, list[Outcome]]
-"""Claim, reference, finding, and the runs behind it."""
+Claim = tuple[Statement, str, str, Finding, list[Outcome]]
+"""Statement, claim, reference, finding, and the runs behind it."""
 
 
 def cycle(robot: Robot, pipe: int, frequency: int) -> Case:
@@ -173,25 +194,18 @@ def cases_of(robot: Robot) -> Iterator[Case]:
 
 
 def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
-    """Yield each claim with the finding in space and that of the section."""
-    pairs = zip(claims(outcomes, SPACE), claims(outcomes, SECTION), strict=True)
-    for (claim, reference, in_space, behind), (*_, in_section, _) in pairs:
-        told = f"{in_space.computed}; section: {in_section.computed}, {in_section.verdict}"
-        yield row(NAME, claim, reference, replace(in_space, computed=told), behind)
-
-
-def claims(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
-    """Yield all claims on one robot, in the order of the rows."""
+    """Yield every claim on the robot in space."""
     for part in (motion, frequencies, rates, touch_and_pull, vertical, vibration, zones, branches):
-        yield from part(outcomes, robot)
+        for claim in part(outcomes, SPACE):
+            yield row(*claim)
 
 
 def motion(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
     """Yield the claims of Fig 6.5: standstill, onset, end in three pipes."""
     for pipe in PIPES:
         outcome = outcomes[cycle(robot, pipe, BEST_FREQUENCY).name]
-        for claim, reference, found in displacement.motion_findings(outcome, pipe):
-            yield f"{claim}; {pipe} mm pipe", reference, found, [outcome]
+        for statement, claim, reference, found in displacement.motion_findings(outcome, pipe):
+            yield statement, f"{claim}; {pipe} mm pipe", reference, found, [outcome]
 
 
 def frequencies(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
@@ -199,7 +213,7 @@ def frequencies(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
     behind = [outcomes[cycle(robot, PIPE, f).name] for f in FREQUENCIES]
     found = rises([down_to_end(outcome) for outcome in behind], "mm")
     named = ", ".join(map(str, FREQUENCIES))
-    yield f"farther at {named} Hz; {PIPE} mm pipe", "rises", found, behind
+    yield FREQUENCY, f"farther at {named} Hz; {PIPE} mm pipe", "rises", found, behind
 
 
 def down_to_end(outcome: Outcome) -> float:
@@ -213,11 +227,17 @@ def rates(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
     behind = [outcomes[rated(robot, rate).name] for rate in RATES]
     found = [MILLI * displacement_while_falling(outcome.history) for outcome in behind]
     named = ", ".join(f"{rate:g}" for rate in RATES)
-    yield f"less the faster it deflates, {named} kPa/s", "falls", decreases(found, "mm"), behind
+    yield (
+        RATE_LIMIT,
+        f"less the faster it deflates, {named} kPa/s",
+        "falls",
+        decreases(found, "mm"),
+        behind,
+    )
     share = deflation_rate.NOTHING
     nothing = at_most_share(found[-1], found[0], share)
     reference = f"below {100 * share:g} % of that at {RATES[0]:g} kPa/s"
-    yield f"nothing at {STOP_RATE:g} kPa/s", reference, nothing, behind
+    yield RATE_LIMIT, f"nothing at {STOP_RATE:g} kPa/s", reference, nothing, behind
 
 
 def touch_and_pull(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
@@ -226,6 +246,7 @@ def touch_and_pull(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
     for pipe, outcome in at_highest.items():
         found = between(outcome.number("rows_at_highest"), *EXPECTED[pipe])
         yield (
+            CONTACT_ROWS,
             f"rows that touch at {HIGHEST:g} kPa; {pipe} mm pipe",
             expected(pipe),
             found,
@@ -235,20 +256,21 @@ def touch_and_pull(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
     counts = [outcome.number("rows_at_highest") for outcome in (high, low)]
     same = judged(counts[0] == counts[1], f"{shown(counts[0])} against {shown(counts[1])}", *counts)
     claim = f"as many rows at {HIGHESTS[-1]:g} as at {HIGHEST:g} kPa; {PIPE} mm pipe"
-    yield claim, "equal", same, [low, high]
+    yield CONTACT_ROWS, claim, "equal", same, [low, high]
     least, most = pulling.WEIGHTS
     for pipe, outcome in at_highest.items():
         found = between(pull(outcome, robot) / WEIGHT, least, most, "times the weight")
         claim = f"pull at {HIGHEST:g} kPa; {pipe} mm pipe"
-        yield claim, f"{least:g} to {most:g} times the weight", found, [outcome]
+        yield PULL, claim, f"{least:g} to {most:g} times the weight", found, [outcome]
     pulls = [pull(outcome, robot) for outcome in at_highest.values()]
     best = highest_at([f"{pipe} mm" for pipe in PIPES], pulls, [f"{PIPES[0]} mm"], "N")
-    yield f"pulls most in the {PIPES[0]} mm pipe", f"{PIPES[0]} mm", best, list(at_highest.values())
+    claim = f"pulls most in the {PIPES[0]} mm pipe"
+    yield PULL_PIPE, claim, f"{PIPES[0]} mm", best, list(at_highest.values())
     more, less = pull(high, robot), pull(low, robot)
     alike = within(more, less, pulling.ALIKE)
     found = replace(alike, computed=f"{shown(more, 'N')} against {shown(less, 'N')}")
     claim = f"pull at {HIGHESTS[-1]:g} kPa like that at {HIGHEST:g} kPa; {PIPE} mm pipe"
-    yield claim, f"equal within {100 * pulling.ALIKE:g} %", found, [low, high]
+    yield PULL_PRESSURE, claim, f"equal within {100 * pulling.ALIKE:g} %", found, [low, high]
 
 
 def pull(outcome: Outcome, robot: Robot) -> float:
@@ -266,12 +288,12 @@ def vertical(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
     )
     claim = f"climbs while the pressure falls; vertical {PIPE} mm pipe"
     resolution = MILLI * displacement.LEAST
-    yield claim, f"above {resolution:g} mm", above(climbed, resolution, "mm"), [outcome]
+    yield CLIMBS, claim, f"above {resolution:g} mm", above(climbed, resolution, "mm"), [outcome]
     holds = within(
         lowest_pressure.holding_pressure(fall), LOWEST_VERTICAL[PIPE], LOWEST_SPREAD, "kPa"
     )
     reference = f"{LOWEST_VERTICAL[PIPE]:g} kPa within {100 * LOWEST_SPREAD:g} %"
-    yield f"holds down to P_M3^S; vertical {PIPE} mm pipe", reference, holds, [outcome]
+    yield HOLDS, f"holds down to P_M3^S; vertical {PIPE} mm pipe", reference, holds, [outcome]
 
 
 def vibration(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
@@ -279,17 +301,18 @@ def vibration(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
     behind = [outcomes[vibrating(robot, f).name] for f in MODE1]
     low, high = (MILLI * speed_after(each.history, mode1_speed.SETTLED) for each in behind)
     claim = f"Mode 1: faster at {MODE1[0]} than at {MODE1[1]} Hz"
-    yield claim, "faster", more_than(low, high, "mm/s"), behind
+    yield MODE1_BEST, claim, "faster", more_than(low, high, "mm/s"), behind
     slow = below(abs(high), mode1_speed.SLOW, "mm/s")
-    yield f"Mode 1: slow at {MODE1[1]} Hz", f"below {mode1_speed.SLOW:g} mm/s", slow, behind[1:]
+    reference = f"below {mode1_speed.SLOW:g} mm/s"
+    yield MODE1_SLOW, f"Mode 1: slow at {MODE1[1]} Hz", reference, slow, behind[1:]
 
 
 def zones(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
     """Yield the claims of section 6.6: bends and transitions are passed."""
     for layout in ZONES:
         outcome = outcomes[through(robot, layout).name]
-        claim, where = CLAIMED[layout]
-        yield claim, f"passed ({where})", is_passed(outcome), [outcome]
+        statement, claim, where = CLAIMED[layout]
+        yield statement, claim, f"passed ({where})", is_passed(outcome), [outcome]
 
 
 def branches(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
@@ -299,12 +322,14 @@ def branches(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
     """
     level = [outcomes[through(robot, BRANCH, sense).name] for sense in SENSES]
     for outcome, said in zip(level, SENSES.values(), strict=True):
-        yield f"passes a level T branch{said}", "passed (6.6)", is_passed(outcome), [outcome]
+        claim = f"passes a level T branch{said}"
+        yield statements.BRANCH, claim, "passed (6.6)", is_passed(outcome), [outcome]
     exits = [str(report(outcome).get("exit", "")) for outcome in level]
     both = all(exits)
     told = " against ".join(each or verdict(one) for each, one in zip(exits, level, strict=True))
     found = judged(exits[0] != exits[1], told) if both else Finding(told, UNKNOWN)
     yield (
+        statements.BRANCH,
         "the motor reversed, it leaves a level T branch by the other exit",
         "another",
         found,
@@ -312,7 +337,7 @@ def branches(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
     )
     upward = outcomes[through(robot, BRANCH_UP).name]
     claim = "does not pass a T branch in a vertical plane"
-    yield claim, "not passed (6.6, 7.2.4)", is_not_passed(upward), [upward]
+    yield statements.BRANCH_UP, claim, "not passed (6.6, 7.2.4)", is_not_passed(upward), [upward]
 
 
 def is_not_passed(outcome: Outcome) -> Finding:
@@ -354,6 +379,7 @@ def draw_fall(axes: Axes, outcome: Outcome, robot: Robot) -> None:
 
 SCRIPT = Script(
     name=NAME,
+    model=IN_SPACE,
     figure="the robot in space",
     about=(
         "The claims on motion, rows, pull, vertical pipe, vibration alone, bends, transitions and "

@@ -25,7 +25,9 @@ from validation.command import command
 from validation.digitised import Points, deviation
 from validation.motion import MILLI, NAN
 from validation.script import Listing, Script
+from validation.statements import CONVERGENCE, MOTOR_FORCE, PATTERN, SPIKE_STIFFNESS
 from validation.verdicts import (
+    IN_SPACE,
     Finding,
     Row,
     above,
@@ -169,33 +171,35 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
             found = within(at(samples[n], DEPTH) / three, n / 3, PROPORTIONAL)
             claim = f"force of {n} x 5 over 3 x 5 at 1 mm, {mesh}"
             reference = f"{n}/3 within {100 * PROPORTIONAL:g} %"
-            yield row(NAME, claim, reference, found, [samples[3], samples[n]])
+            yield row(PATTERN, claim, reference, found, [samples[3], samples[n]])
         found = above(straightness(samples[7]), STRAIGHT)
         claim = f"force linear in the depth up to 1 mm, R^2, {mesh}"
-        yield row(NAME, claim, f"above {STRAIGHT:g}", found, [samples[7]])
+        yield row(PATTERN, claim, f"above {STRAIGHT:g}", found, [samples[7]])
         found = within(slope(samples[7]) / (7 * ROWS), SPIKE, SPIKE_SPREAD, "N/m")
         reference = f"{SPIKE:.0f} N/m within {100 * SPIKE_SPREAD:g} %"
-        yield row(NAME, f"stiffness of a spike, {mesh}", reference, found, [samples[7]])
+        yield row(SPIKE_STIFFNESS, f"stiffness of a spike, {mesh}", reference, found, [samples[7]])
         found = between(push(samples[7]), *PUSH)
         claim = f"horizontal over vertical force at 1 mm, {mesh}"
-        yield row(NAME, claim, "0.4 to 0.6", found, [samples[7]])
+        yield row(SPIKE_STIFFNESS, claim, "0.4 to 0.6", found, [samples[7]])
     fine, coarse = (outcomes[label(7, mesh)] for mesh in (FINER, SHIPPED))
     found = within(at(coarse, DEPTH), at(fine, DEPTH), MESH_SPREAD, "N")
-    yield row(NAME, "both meshes, force of 7 x 5 at 1 mm", "alike within 10 %", found,
+    yield row(CONVERGENCE, "both meshes, force of 7 x 5 at 1 mm", "alike within 10 %", found,
               [fine, coarse])  # fmt: skip
     plane, pushed = outcomes[PLANE], outcomes[PUSHED]
     reference = f"1/{FACTOR:g} within a factor of {FACTOR_SPREAD:g}"
     claim = "factor on the motor's force: a plane row of five spikes, 1 mm deep, over 7 x 5"
-    yield row(NAME, claim, reference, over(slope(fine), ROWS * slope(plane)), [fine, plane])
+    yield row(MOTOR_FORCE, claim, reference, over(slope(fine), ROWS * slope(plane)), [fine, plane])
     claim = "factor on the motor's force: the whole plane model, 1 mm deep, over 7 x 5"
-    yield row(NAME, claim, reference, over(slope(fine), pushed_stiffness(pushed)), [fine, pushed])
+    yield row(
+        MOTOR_FORCE, claim, reference, over(slope(fine), pushed_stiffness(pushed)), [fine, pushed]
+    )
     if points is not None:
         forces = [
             at(outcomes[label(int(n), FINER)], depth / MILLI) if n in COLUMNS else NAN
             for n, depth in zip(points["columns"], points["depth_mm"], strict=True)
         ]
         finding = deviation(np.array(forces), points["force_N"], points["spread"], "N")
-        yield row(NAME, "Fig 6.4: force", "digitised points", finding, outcomes.values())
+        yield row(PATTERN, "Fig 6.4: force", "digitised points", finding, outcomes.values())
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:
@@ -275,6 +279,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
 
 SCRIPT = Script(
     name=NAME,
+    model=IN_SPACE,
     figure="Fig 6.4, Table 6.1",
     about=(
         "Samples of 3 x 5, 5 x 5, 7 x 5 spikes of Dragon Skin 10, skin held at its underside, "

@@ -1,10 +1,11 @@
-"""Verdicts: a claim of the thesis, what was computed, and whether they agree.
+"""Verdicts on claims, and on the statements of the thesis that the claims belong to.
 
 A judge takes numbers and says AGREES or DISAGREES; a number that is not there (NaN, as of a run
 that failed, or a curve that does not reach) makes it UNKNOWN: that cannot be told.
 """
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -12,9 +13,24 @@ from itertools import pairwise
 import numpy as np
 
 from validation.cases import Outcome
+from validation.statements import Statement
 
 AGREES, DISAGREES, UNKNOWN = "agrees", "disagrees", "cannot be told"
 VERDICTS = (AGREES, DISAGREES, UNKNOWN)
+IN_PART, UNEXAMINED = "agrees in part", "not examined"
+VERDICTS_OF_STATEMENTS = (AGREES, IN_PART, DISAGREES, UNKNOWN, UNEXAMINED)
+
+IN_SECTION, IN_SPACE, EQUATIONS = "plane section", "in space", "equations"
+MODELS = (IN_SECTION, IN_SPACE, EQUATIONS)
+TRIAL = "other constants"
+"""Model with other constants than those of the scenes or the thesis; such rows do not count."""
+
+RULE = (
+    "A statement agrees if at least half of its sub-claims could be decided and all of these "
+    "agree; it agrees in part if some agree and some disagree, disagrees if some disagree and none "
+    "agrees, and cannot be told otherwise. Sub-claims with other constants than those of the "
+    "scenes or the thesis are listed but do not count."
+)
 MISSING = "not found"
 LARGE = 10.0
 """Share above which `percent` shows no digits."""
@@ -23,19 +39,24 @@ Numbers = Sequence[float] | np.ndarray
 
 @dataclass(frozen=True)
 class Row:
-    """One claim with its verdict; all fields are texts for readers.
+    """One claim with its verdict; all fields but the statement are texts for readers.
 
+    statement: of the thesis that this is a sub-claim of; None for published measurements.
     error, band: deviation from the reference and the largest one that counts as agreement, for
-    claims on published measurements; empty for others.
+    published measurements; empty for others.
+    model: one of MODELS, or TRIAL. script: its name. A script may leave both empty: they are then
+    filled from `Script`.
     """
 
-    script: str
+    statement: Statement | None
     claim: str
     reference: str
     computed: str
     verdict: str
     error: str = ""
     band: str = ""
+    model: str = ""
+    script: str = ""
 
 
 @dataclass(frozen=True)
@@ -47,13 +68,14 @@ class Finding:
 
 
 def row(
-    script: str,
+    statement: Statement | None,
     claim: str,
     reference: str,
     finding: Finding,
     rests_on: Iterable[Outcome] = (),
     error: str = "",
     band: str = "",
+    model: str = "",
 ) -> Row:
     """Return a row of the page.
 
@@ -63,7 +85,24 @@ def row(
     reasons = [outcome.failure.splitlines()[0] for outcome in rests_on if outcome.failure]
     if finding.verdict == UNKNOWN and reasons:
         computed = "; ".join(dict.fromkeys(reasons))
-    return Row(script, claim, reference, computed, finding.verdict, error, band)
+    return Row(statement, claim, reference, computed, finding.verdict, error, band, model)
+
+
+def counts(rows: Iterable[Row]) -> dict[str, int]:
+    """Return the number of rows of each verdict."""
+    found = Counter(row.verdict for row in rows)
+    return {verdict: found[verdict] for verdict in VERDICTS}
+
+
+def verdict_of(rows: Iterable[Row]) -> str:
+    """Return the verdict on a statement that has these rows, by RULE."""
+    rows = list(rows)
+    found = counts(row for row in rows if row.model != TRIAL)
+    if found[DISAGREES]:
+        return IN_PART if found[AGREES] else DISAGREES
+    if found[AGREES] and found[AGREES] >= found[UNKNOWN]:
+        return AGREES
+    return UNKNOWN if rows else UNEXAMINED
 
 
 def shown(value: float, unit: str = "") -> str:

@@ -71,7 +71,7 @@ def verdicts_of(outcomes):
 
 def test_a_robot_like_the_thesis(tmp_path):
     rows = verdicts_of(all_with(**OF_THE_THESIS))
-    stuck = CLAIMED[NARROWING + UPWARDS][0]
+    stuck = CLAIMED[NARROWING + UPWARDS][1]
     assert rows.pop(stuck).verdict == DISAGREES
     assert {row.verdict for row in rows.values()} == {AGREES}
     assert len(rows) == len(CLAIMED) - 1 + 5
@@ -93,7 +93,7 @@ def test_a_robot_that_does_all_the_other_way_round():
     compared = [row for claim, row in rows.items() if "easily" in claim or "slower" in claim]
     assert len(compared) == 5 and {row.verdict for row in compared} == {DISAGREES}
     for name in ("c_bend", "slope_45", WIDENING):
-        row = rows[CLAIMED[name][0]]
+        row = rows[CLAIMED[name][1]]
         assert row.verdict == DISAGREES and row.computed.startswith("stuck in segment")
 
 
@@ -107,7 +107,7 @@ def test_what_cannot_be_told():
         SMALL: stuck_at(70.0),
     }  # fmt: skip
     rows = verdicts_of(all_with(**others))
-    assert rows[CLAIMED["c_bend"][0]].verdict == UNKNOWN
+    assert rows[CLAIMED["c_bend"][1]].verdict == UNKNOWN
     easier = {claim: row for claim, row in rows.items() if claim.startswith("from 30 to 41")}
     assert [row.verdict for row in easier.values()] == [UNKNOWN, UNKNOWN]
     assert easier.popitem()[1].computed.endswith("against stuck before it")

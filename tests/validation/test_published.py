@@ -24,8 +24,8 @@ from validation.script import PUBLISHED, Script
 from validation.verdicts import AGREES, DISAGREES, Row
 
 ROWS = [
-    Row("strip", "height", "20 mm", "21 mm", AGREES, error="5 %", band="10 %"),
-    Row("strip", "width", "20 mm", "30 mm", DISAGREES, error="50 %", band="10 %"),
+    Row(None, "height", "20 mm", "21 mm", AGREES, error="5 %", band="10 %"),
+    Row(None, "width", "20 mm", "30 mm", DISAGREES, error="50 %", band="10 %"),
 ]
 STRIP = Script(
     name="strip",

@@ -7,7 +7,8 @@ from validation import air
 from validation.__main__ import SCRIPTS
 from validation.cases import SCENES, outcomes_by_name
 from validation.constants import CONSTANTS
-from validation.verdicts import DISAGREES, UNKNOWN
+from validation.statements import STATEMENTS
+from validation.verdicts import DISAGREES, MODELS, TRIAL, UNKNOWN
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.name)
@@ -21,7 +22,8 @@ def test_script_without_outcomes(script, tmp_path):
     points = {name: np.array([1.0]) for name in (*script.columns, "spread")}
     rows = list(script.rows(outcomes, points))
     assert {row.verdict for row in rows} == {UNKNOWN}
-    assert {row.script for row in rows} == {script.name}
+    assert {row.statement for row in rows} <= set(STATEMENTS)
+    assert {row.model for row in rows} <= {"", TRIAL, *MODELS}
     assert len({row.claim for row in rows}) == len(rows)
     assert list(script.remarks(outcomes)) == []
     script.draw(outcomes, points, tmp_path / "figure.png")
@@ -31,6 +33,7 @@ def test_script_without_outcomes(script, tmp_path):
 
 def test_names_are_unique():
     assert len({script.name for script in SCRIPTS}) == len(SCRIPTS)
+    assert len({statement.text for statement in STATEMENTS}) == len(STATEMENTS) <= 60
 
 
 @pytest.mark.parametrize(

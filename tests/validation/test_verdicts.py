@@ -6,7 +6,17 @@ import pytest
 
 from validation import verdicts
 from validation.cases import Outcome
-from validation.verdicts import AGREES, DISAGREES, UNKNOWN
+from validation.statements import CLIMBS
+from validation.verdicts import (
+    AGREES,
+    DISAGREES,
+    IN_PART,
+    TRIAL,
+    UNEXAMINED,
+    UNKNOWN,
+    Row,
+    verdict_of,
+)
 
 NAN = math.nan
 
@@ -86,12 +96,31 @@ def test_known_numbers_may_contradict_though_others_are_missing():
 
 def test_an_unknown_row_says_why():
     fine, failed = Outcome("a"), Outcome("b", failure="the increment is too long\n  shorten it")
-    row = verdicts.row("s", "c", "r", verdicts.below(NAN, 1.0), [fine, failed, failed])
+    row = verdicts.row(CLIMBS, "c", "r", verdicts.below(NAN, 1.0), [fine, failed, failed])
     assert (row.verdict, row.computed) == (UNKNOWN, "the increment is too long")
-    row = verdicts.row("s", "c", "r", verdicts.below(0.5, 1.0, "mm"), [failed])
+    row = verdicts.row(CLIMBS, "c", "r", verdicts.below(0.5, 1.0, "mm"), [failed])
     assert (row.verdict, row.computed) == (AGREES, "0.5 mm")
 
 
 def test_missing_numbers_are_shown_as_missing():
     assert verdicts.shown(NAN, "mm") == verdicts.MISSING
     assert verdicts.shown_list([1.0, NAN], "mm") == "1, - mm"
+
+
+@pytest.mark.parametrize(
+    ("found", "verdict"),
+    [
+        ([], UNEXAMINED),
+        ([UNKNOWN], UNKNOWN),
+        ([AGREES], AGREES),
+        ([AGREES, UNKNOWN], AGREES),
+        ([AGREES, UNKNOWN, UNKNOWN], UNKNOWN),
+        ([AGREES, DISAGREES, UNKNOWN], IN_PART),
+        ([DISAGREES, UNKNOWN, UNKNOWN], DISAGREES),
+    ],
+)
+def test_verdict_on_a_statement_follows_from_its_sub_claims(found, verdict):
+    rows = [Row(CLIMBS, "c", "r", "", one) for one in found]
+    assert verdict_of(rows) == verdict
+    trial = Row(CLIMBS, "c", "r", "", DISAGREES, model=TRIAL)
+    assert verdict_of([*rows, trial]) == (verdict if found else UNKNOWN)

@@ -172,7 +172,7 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
             )
             for (claim, value, reference, unit), band in zip(compared, bands, strict=True):
                 yield row(
-                    NAME, f"{beam}, constants {constants}: {claim}", shown(reference, unit),
+                    None, f"{beam}, constants {constants}: {claim}", shown(reference, unit),
                     within(value, reference, band, unit), behind,
                     signed(value / reference - 1.0), percent(band),
                 )  # fmt: skip

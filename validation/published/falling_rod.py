@@ -132,22 +132,22 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     error = shown(100 * away / LENGTH, "% of the length")
     found = below(1e3 * away, 1e3 * BAND * LENGTH, "mm")
     claim = "tip during the first swing, largest distance from the rod of theory"
-    yield row(NAME, claim, f"0, until {swing_end():.3g} s", found, behind, error, band)
+    yield row(None, claim, f"0, until {swing_end():.3g} s", found, behind, error, band)
     (drop, time), (wanted, wanted_time) = fine.lowest, rod().lowest
     found = within(1e3 * drop, 1e3 * wanted, BAND * LENGTH / wanted, "mm")
     error = shown(100 * (drop - wanted) / LENGTH, "% of the length")
     yield row(
-        NAME, "largest drop of the tip", shown(1e3 * wanted, "mm"), found, behind, error, band
+        None, "largest drop of the tip", shown(1e3 * wanted, "mm"), found, behind, error, band
     )
     found = within(time, wanted_time, BAND, "s")
     error, band = signed(time / wanted_time - 1.0), percent(BAND)
-    yield row(NAME, "time of the largest drop", shown(wanted_time, "s"), found, behind, error, band)
+    yield row(None, "time of the largest drop", shown(wanted_time, "s"), found, behind, error, band)
     away = distance(coarse, fine)
     found = below(1e3 * away, 1e3 * BAND_OF_MESHES * LENGTH, "mm")
     error = shown(100 * away / LENGTH, "% of the length")
     band = f"{percent(BAND_OF_MESHES)} of the length"
     claim = "tips of the two meshes, largest distance"
-    yield row(NAME, claim, "0", found, list(outcomes.values()), error, band)
+    yield row(None, claim, "0", found, list(outcomes.values()), error, band)
 
 
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:

@@ -255,13 +255,13 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         compared.append((f"lowest frequency, stretched across by {stretch}", found, frequency))
     for claim, found, frequency in compared:
         yield row(
-            NAME, claim, shown(frequency, "Hz"), within(found, frequency, BAND, "Hz"), (),
+            None, claim, shown(frequency, "Hz"), within(found, frequency, BAND, "Hz"), (),
             signed(found / frequency - 1.0), percent(BAND),
         )  # fmt: skip
     ratios = [flexural(k, COARSE).frequency / flexural(k).frequency - 1.0 for k in (103.0, 993.0)]
     largest = max(ratios, key=abs)
     yield row(
-        NAME, "frequency on a coarser mesh, at k = 103 and 993 1/m", "the same",
+        None, "frequency on a coarser mesh, at k = 103 and 993 1/m", "the same",
         below(100.0 * abs(largest), 100.0 * BAND_OF_MESHES, "% away"), (), signed(largest),
         percent(BAND_OF_MESHES),
     )  # fmt: skip
@@ -271,7 +271,7 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         parity = "even" if wave.is_even else "odd"
         computed = f"{wave.frequency:.3g} Hz ({parity} across, k = {wave.k:.3g} 1/m)"
         yield row(
-            NAME, f"lowest frequency, inflated by {pressure:g} Pa", "not at hand",
+            None, f"lowest frequency, inflated by {pressure:g} Pa", "not at hand",
             Finding(computed, UNKNOWN), (), "", f"{low:.3g} to {high:.3g} Hz",
         )  # fmt: skip
 

@@ -189,7 +189,7 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
                 text = f"uniaxial fitted within {percent(fit)}" if isinstance(model, Law) else model
                 found = judged(worst <= BAND, text, worst)
                 error = ", ".join(f"{mode} {percent(value)}" for mode, value in others.items())
-                yield row(NAME, claim, ", ".join(others), found, (), error, percent(BAND))
+                yield row(None, claim, ", ".join(others), found, (), error, percent(BAND))
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:

@@ -96,18 +96,18 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         value = sliding(silicone, source)
         found = within(value / 1e3, mean / 1e3, BAND, "kPa")
         claim = f"{silicone}, modulus, from {source}"
-        yield row(NAME, claim, text, found, (), signed(value / mean - 1.0), percent(BAND))
+        yield row(None, claim, text, found, (), signed(value / mean - 1.0), percent(BAND))
         most = bonded(silicone, source)
         found = between(mean / 1e3, value / 1e3, most / 1e3, "kPa")
         bounds = f"{value / 1e3:.4g} to {most / 1e3:.4g} kPa"
         claim = f"{silicone}, modulus within the bounds from {source}"
-        yield Row(NAME, claim, text, bounds, found.verdict, "", "sliding to bonded")
+        yield Row(None, claim, text, bounds, found.verdict, "", "sliding to bonded")
     (hard, _), (soft, _) = measured("Ecoflex 00-50"), measured("Ecoflex 00-30")
     value = sliding("Ecoflex 00-50", SHORT) / sliding("Ecoflex 00-30", SHORT)
     found = within(value, hard / soft, BAND_OF_RATIO)
     error, band = signed(value * soft / hard - 1.0), percent(BAND_OF_RATIO)
     claim = f"Ecoflex 00-50 over 00-30, modulus, from {SHORT}"
-    yield row(NAME, claim, shown(hard / soft), found, (), error, band)
+    yield row(None, claim, shown(hard / soft), found, (), error, band)
 
 
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:

@@ -265,14 +265,14 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         error = f"markers {shown_list(1e3 * away, 'mm')} away; {worst}"
         fitted = ", in the authors' fit" if pose.fitted else ""
         finding = Finding(tips[1], verdict)
-        yield row(NAME, f"{pose.name}{fitted}", tips[0], finding, [outcome], error, band)
+        yield row(None, f"{pose.name}{fitted}", tips[0], finding, [outcome], error, band)
     pair = [(outcomes[case(POSES[REFINED], density).name], density) for density in (COARSE, FINE)]
     coarse, fine = (predicted(outcome, density) for outcome, density in pair)
     away = float(np.linalg.norm(coarse - fine, axis=1).max())
     finding = below(1e3 * away, 1e3 * BAND_OF_MESHES * LENGTH, "mm")
     error, band = percent(away / LENGTH), f"{percent(BAND_OF_MESHES)} of the length"
     claim = f"markers of two meshes, {POSES[REFINED].name}, largest distance"
-    yield row(NAME, claim, "0", finding, [outcome for outcome, _ in pair], error, band)
+    yield row(None, claim, "0", finding, [outcome for outcome, _ in pair], error, band)
 
 
 def rod(torques: tuple[float, float], with_anchor: bool) -> np.ndarray:

@@ -158,7 +158,7 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
             )
             found = Finding(computed, within(1.0 + mean, 1.0, band).verdict)
             yield row(
-                NAME, f"{membrane} lifts {force:.1f} N, constants {constants}", text, found,
+                None, f"{membrane} lifts {force:.1f} N, constants {constants}", text, found,
                 [outcome], percent(mean), percent(band),
             )  # fmt: skip
 
