@@ -2,6 +2,7 @@
 
     python -m validation [--quick] [--only NAME]... [--digitised DIR] [--json FILE] [--out DIR]
 
-`thesis` holds numbers of the thesis, `cases` runs scenes, `verdicts` compares, `page` writes the
-pages, `published` holds the scripts on measurements of others.
+`statements` lists what the thesis states, `thesis` holds its numbers, `cases` runs scenes,
+`verdicts` compares, `page` writes the pages, `published` holds the scripts on measurements of
+others.
 """

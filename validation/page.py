@@ -11,6 +11,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from rich.box import SIMPLE
 from rich.console import Console
 from rich.markup import escape as plain
 from rich.table import Table
@@ -43,7 +44,9 @@ SUB_CLAIMS = {
     "script": "script",
 }
 """Columns of the table of sub-claims: heading -> field of `Row`."""
-FITTED = "The stiffness of the sleeve was fitted to this."
+FITTED = "fitted: stiffness of the sleeve"
+QUICK = "This is the quick subset: most runs, and some scripts, are left out."
+TITLE = "Statements of the thesis: sub-claims that agree, of those decided; ? undecided"
 LISTED = 3  # results of a model that are shown beside their count
 
 
@@ -79,7 +82,7 @@ class Section:
 
 
 def all_rows(sections: Iterable[Section]) -> list[Row]:
-    """Every row of the page."""
+    """Return the rows of all sections."""
     return [row for section in sections for row in section.rows]
 
 
@@ -126,14 +129,15 @@ def show(console: Console, sections: Sequence[Section], details: bool) -> None:
     """
     found = {statement: rows for statement, rows in by_statement(sections).items() if rows}
     if found:
-        table = Table(title="Statements of the thesis", title_justify="left")
-        for heading in ("statement", "thesis", *MODELS, "verdict"):
-            table.add_column(heading, overflow="fold")
+        table = Table(title=TITLE, title_justify="left", box=SIMPLE)
+        table.add_column("statement", ratio=5, overflow="fold")
+        table.add_column("thesis", ratio=3, overflow="fold")
+        for heading in (*MODELS, "verdict"):
+            table.add_column(heading, min_width=len(UNKNOWN))
         for group, statements in groupby(found, key=lambda statement: statement.group):
-            table.add_section()
             table.add_row(f"[bold]{group}[/]")
             for statement in statements:
-                cells = [agreement(_of(found[statement], model)) for model in MODELS]
+                cells = [_short(_of(found[statement], model)) for model in MODELS]
                 verdict = _coloured(verdict_of(found[statement]))
                 table.add_row(plain(statement.text), plain(statement.value), *cells, verdict)
         console.print(table)
@@ -164,6 +168,11 @@ def show_section(console: Console, section: Section) -> None:
         console.print(table)
 
 
+def _short(rows: Sequence[Row]) -> str:
+    """Return `agreement` for a narrow column: "2 of 3, 1 ?"."""
+    return agreement(rows).replace(" agree", "").replace(" undecided", " ?")
+
+
 def agreement(rows: Sequence[Row]) -> str:
     """Return how many rows agree, of those that could be decided, and how many could not."""
     found = counts(rows)
@@ -180,7 +189,7 @@ def content(
     constants: Sequence[dict[str, Any]],
     skipped: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Return everything, for programs.
+    """Return statements, rows and facts of the run, for programs.
 
     about: total time, device, version and similar facts; skipped: sentences on scripts not run.
     """
@@ -215,7 +224,7 @@ def content(
 
 
 def write_json(path: Path, everything: dict[str, Any]) -> None:
-    """The content as a file."""
+    """Write the content to a file."""
     path.write_text(json.dumps(everything, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
@@ -245,6 +254,7 @@ def write_html(
     page = TEMPLATE.substitute(
         title=escape(evidence.title),
         counts="\n".join(f"<p><b>{escape(text)}</b></p>" for text in summary(sections)),
+        subset=QUICK if everything["subset"] == "quick" else "",
         statements=_statements(sections) if of_thesis else "",
         scripts=_scripts(sections),
         skipped="\n".join(f"<p>{escape(text)}</p>" for text in everything["skipped"]),
@@ -277,20 +287,20 @@ def _statements(sections: Sequence[Section]) -> str:
 
 def _statement(statement: Statement, rows: Sequence[Row]) -> str:
     verdict = verdict_of(rows)
-    notes = [statement.where, FITTED] if statement.fitted else [statement.where]
     cells = (
         escape(statement.text),
-        f"{escape(statement.value)}{_quiet(' '.join(notes).strip())}",
+        f"{escape(statement.value)}{_quiet(statement.where)}"
+        f"{_quiet(FITTED if statement.fitted else '')}",
         *(_results(_of(rows, model)) for model in MODELS),
         f"<b>{escape(verdict)}</b>{_quiet(agreement(_counting(rows)))}",
     )
     marks = ("", "", "", "", "", _class(verdict))
     divs = (f'<div class="{mark}">{cell}</div>' for mark, cell in zip(marks, cells, strict=True))
     trials = _of(rows, TRIAL)
-    parts = [_claims(_counting(rows), SUB_CLAIMS)]
+    parts = [_claims(sorted(_counting(rows), key=_is_undecided), SUB_CLAIMS)]
     if trials:
         parts.append(f"<p>With other constants: {agreement(trials)}.</p>")
-        parts.append(_claims(trials, SUB_CLAIMS))
+        parts.append(_claims(sorted(trials, key=_is_undecided), SUB_CLAIMS))
     head = f'<summary class="statement">{"".join(divs)}</summary>'
     return f"<details>{head}\n{''.join(parts)}</details>"
 
@@ -310,6 +320,10 @@ def _of(rows: Iterable[Row], model: str) -> list[Row]:
 def _counting(rows: Iterable[Row]) -> list[Row]:
     """Return the rows that a verdict on their statement rests on."""
     return [row for row in rows if row.model != TRIAL]
+
+
+def _is_undecided(row: Row) -> bool:
+    return row.verdict == UNKNOWN
 
 
 def _scripts(sections: Sequence[Section]) -> str:
@@ -406,6 +420,6 @@ def _coloured(verdict: str) -> str:
 
 
 def _fact(key: str, value: Any) -> str:
-    """ "total_time_s", 12.5 as "total time 12.5 s"."""
+    """Return "total_time_s", 12.5 as "total time 12.5 s"."""
     name, unit = (key[:-2], " s") if key.endswith("_s") else (key, "")
     return f"{name.replace('_', ' ')} {value}{unit}"

@@ -1,13 +1,12 @@
-"""The robot in space, claim by claim, beside the plane section: which of its answers hold.
+"""The robot in space: statements of the thesis that other scripts examine with the plane section.
 
-Every claim is held against the robot in space (`robot:pfr/solid`: all spikes, its real mass and
-force); the same run of the section stands beside it. Cycles, pulls and layouts are those of the
-scripts for Fig 4.8, 4.11, 6.5, 6.6, 6.9 with `pfr_*_3d` in place of `pfr_*`, one cycle a run. The
-pull in space is the robot's, the section's is half of it.
+The model is `robot:pfr/solid`: all spikes, with the real mass and motor force. Cycles, pulls and
+layouts are those of the scripts for Fig 4.8, 4.11, 6.5, 6.6, 6.9 with `pfr_*_3d` in place of
+`pfr_*`, one cycle a run. The pull in space is the robot's, that of the section is half of it.
 
 A T branch (6.6, 7.2.4) is passed by a level robot, by one exit or the other as the motor turns, and
-not by one that lies in a vertical plane. The section knows no sense that turns it: its motor turns
-about the axis across the plane, in space about the pipe's.
+not by one in a vertical plane. The section is no model of it: its motor turns about the axis across
+the plane, that in space about the axis of the pipe.
 """
 
 from collections.abc import Iterable, Iterator
@@ -176,8 +175,9 @@ def through(robot: Robot, layout: str, sense: int = 1) -> LayoutCase:
 
 
 def cases() -> list[Case]:
-    """Return the cases of both robots."""
-    return [case for robot in ROBOTS for case in cases_of(robot)]
+    """Return the cases in space, and the cycles of the section, which are drawn beside."""
+    beside = [cycle(SECTION, pipe, BEST_FREQUENCY) for pipe in PIPES]
+    return [*cases_of(SPACE), *beside]
 
 
 def cases_of(robot: Robot) -> Iterator[Case]:
@@ -383,9 +383,9 @@ SCRIPT = Script(
     figure="the robot in space",
     about=(
         "The claims on motion, rows, pull, vertical pipe, vibration alone, bends, transitions and "
-        "T branches, of the robot in space; beside each what the plane section says. One cycle "
-        "with natural deflation a pipe, frequencies, deflation rates and pressures in the "
-        f"{PIPE} mm pipe. Drawn: displacement over the falling pressure; P_M3^S dashed."
+        "T branches, of the robot in space. One cycle with natural deflation a pipe; frequencies, "
+        f"deflation rates and pressures in the {PIPE} mm pipe. Drawn: displacement over the "
+        "falling pressure, beside that of the plane section; P_M3^S dashed."
     ),
     cases=cases,
     rows=rows,
