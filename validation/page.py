@@ -257,7 +257,7 @@ def write_html(
         subset=QUICK if everything["subset"] == "quick" else "",
         statements=_statements(sections) if of_thesis else "",
         scripts=_scripts(sections),
-        skipped="\n".join(f"<p>{escape(text)}</p>" for text in everything["skipped"]),
+        skipped=_skipped(everything["skipped"]),
         sections="\n".join(_section(section, folded=of_thesis) for section in sections),
         constants=_constants(everything["constants"]) if of_thesis else "",
         about=escape("; ".join(facts)),
@@ -340,6 +340,17 @@ def _scripts(sections: Sequence[Section]) -> str:
     ]
     headings = ("script", "source", "agree", "disagree", UNKNOWN, "wall time", "repeat with")
     return _table(headings, map(_cells, lines))
+
+
+def _skipped(sentences: Sequence[str]) -> str:
+    """Return the reasons for which scripts of either page were not run, folded."""
+    if not sentences:
+        return ""
+    lines = "".join(f"<li>{escape(text)}</li>" for text in sentences)
+    return (
+        f'<details><summary class="script">{len(sentences)} scripts of the validation were not '
+        f"run</summary>\n<ul>{lines}</ul></details>"
+    )
 
 
 def _constants(constants: Sequence[dict[str, Any]]) -> str:

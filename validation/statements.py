@@ -42,7 +42,7 @@ _contact = partial(Statement, "Contact and pull in a pipe")
 CONTACT_ROWS = _contact(
     "Four of five rows of spikes touch the 30 mm pipe, two to three the 36 and 41 mm pipes; as "
     "many at 26 as at 23 kPa.",
-    "4; 2 to 3 at 20, 23, 26 kPa",
+    "4 (30 mm), 2 to 3 (36, 41 mm)",
     "4.2.4, Fig 4.12",
     fitted=True,
 )

@@ -49,7 +49,7 @@ def sections(tmp_path):
 def everything(sections):
     about = {"subset": "quick", "total_time_s": 1.5, "device": "cpu", "version": "0"}
     constant = {"name": NASTY, "value": "1", "where": "a.yaml:3", "rests_on": "onset"}
-    return page.content(sections, about, [constant])
+    return page.content(sections, about, [constant], ["t: left out"])
 
 
 def test_json_has_every_row_and_count(sections, tmp_path):
@@ -89,7 +89,7 @@ def test_html_holds_text_as_text_and_the_figure(sections, tmp_path):
     assert "<h3>&lt;b&gt;p" in text and "<td>second</td><td></td>" in text
     assert 'src="data:image/png;base64,cGljdHVyZQ=="' in text
     assert "statements only" in text and "total time 1.5 s" in text
-    assert page.QUICK in text
+    assert page.QUICK in text and "<li>t: left out</li>" in text
     assert "1 agree in part" in text and "4 sub-claims: 2 agree, 1 disagree" in text
     assert all(escape(statement.text) in text for statement in STATEMENTS)
     assert "1 of 2 agree, 1 undecided" in text and "With other constants: 1 of 1 agree." in text
