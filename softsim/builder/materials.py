@@ -25,6 +25,7 @@ from softsim.materials.maxwell import (
     fractional,
     measured,
 )
+from softsim.materials.mullins import Mullins
 from softsim.model import Model
 from softsim.scene import materials as scene_materials
 from softsim.scene.loading import LoadedScene
@@ -177,6 +178,7 @@ def viscoelastic_material(loaded: LoadedScene, named_at: Keys) -> Material:
     return Material(
         name, law, kappa, data.density, series.branches(mu0), data.strain_range,
         None if fit is None else fit.largest_error,
+        None if data.mullins is None else Mullins(**data.mullins.model_dump()),
     )  # fmt: skip
 
 

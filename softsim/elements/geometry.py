@@ -190,7 +190,7 @@ class Facets:
 # Regions of a body: elements of one material and one geometry.
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Region:
     """Cell set of a body, or the cells in no set with its own region: then cell_set is None.
 
@@ -303,11 +303,16 @@ def joined_regions(regions: Sequence[Region], points: np.ndarray) -> list[Region
     points (n, d) [m]: of all nodes. Nodes that lie between those of joined bodies belong to no
     element of the region, as do a body's nodes outside a region.
     """
+    return [_joined(alike, points) for alike in alike_regions(regions)]
+
+
+def alike_regions(regions: Sequence[Region]) -> list[list[Region]]:
+    """Return the regions that `joined_regions` merges, group by group."""
     kinds: dict[Hashable, list[Region]] = {}
     for region in regions:
         kind = (region.geometry, region.material, region.cell_set)
         kinds.setdefault(kind, []).append(region)
-    return [_joined(alike, points) for alike in kinds.values()]
+    return list(kinds.values())
 
 
 def _joined(alike: Sequence[Region], points: np.ndarray) -> Region:
@@ -346,8 +351,13 @@ class ElementMeasures:
     nodal_pressure: np.ndarray
 
 
-def measure_elements(region: Region, x: np.ndarray) -> ElementMeasures:
-    """Return the results of a region's elements with its body's nodes at x (n, d) [m]."""
+def measure_elements(
+    region: Region, x: np.ndarray, peak_energy: np.ndarray | float = 0.0
+) -> ElementMeasures:
+    """Return the results of a region's elements with its body's nodes at x (n, d) [m].
+
+    peak_energy (m,) [J/m^3]: largest energy density so far of a material that softens.
+    """
     volume, cells, material = region.volumes, region.cells, region.material
     # A failed run is measured too: places that are no numbers give measures that are none.
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -357,7 +367,8 @@ def measure_elements(region: Region, x: np.ndarray) -> ElementMeasures:
         principal = principal_values(b)
         b_bar = (np.abs(J) ** (-2.0 / 3.0))[:, None] * principal
         # tau / J is the deviator of the Cauchy stress.
-        von_mises = np.sqrt(1.5 * (material.law.stress(b_bar) ** 2).sum(axis=1)) / np.abs(J)
+        tau = material.stress(b_bar, peak_energy)
+        von_mises = np.sqrt(1.5 * (tau**2).sum(axis=1)) / np.abs(J)
         shear_stiffness = material.law.shear_stiffness(b_bar)
         stretch = np.sqrt(principal[:, 0])
         share = 1.0 / cells.shape[1]
@@ -367,18 +378,22 @@ def measure_elements(region: Region, x: np.ndarray) -> ElementMeasures:
     return ElementMeasures(J, stretch, b_bar.sum(axis=1), von_mises, shear_stiffness, pressure)
 
 
-def cauchy_stress(region: Region, x: np.ndarray) -> np.ndarray:
+def cauchy_stress(
+    region: Region, x: np.ndarray, peak_energy: np.ndarray | float = 0.0
+) -> np.ndarray:
     """Return the Cauchy stress (m, 6) [Pa] of a region's elements: xx, yy, zz, xy, yz, zx.
 
-    x (n, d) [m]: positions of the body's nodes. The stress is that of the law and of the mean of
-    the nodal pressures, without Maxwell branches; NaN where the position of a node is NaN.
+    x (n, d) [m]: positions of the body's nodes; peak_energy: as in `measure_elements`. The stress
+    is that of the law and of the mean of the nodal pressures, without Maxwell branches; NaN where
+    the position of a node is NaN.
     """
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         F = region.deformation(x)
         J = np.linalg.det(F)
         b = np.nan_to_num(np.einsum("eij,ekj->eik", F, F), posinf=0.0, neginf=0.0)
         squares, axes = np.linalg.eigh(b)
-        tau = region.material.law.stress((np.abs(J) ** (-2.0 / 3.0))[:, None] * squares)
+        b_bar = (np.abs(J) ** (-2.0 / 3.0))[:, None] * squares
+        tau = region.material.stress(b_bar, peak_energy)
         pressure = measure_elements(region, x).nodal_pressure[region.cells].mean(axis=1)
         stress = np.einsum("eik,ek,ejk->eij", axes, tau / J[:, None], axes)
     stress -= pressure[:, None, None] * np.eye(3)

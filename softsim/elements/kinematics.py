@@ -15,10 +15,13 @@ from typing import Any
 
 import numpy as np
 import taichi as ti
+from numpy.polynomial import Chebyshev, Polynomial
+from scipy.special import erfcx
 
 from softsim.compute import backend
-from softsim.compute.fields import real_field
+from softsim.compute.fields import lane_field, real_field
 from softsim.materials.law import Functions, Law
+from softsim.materials.mullins import Mullins
 
 
 class PlaneMetric:
@@ -261,6 +264,34 @@ def inverse_cube_root(J):
 # less a multiple of C_bar^-1, which the deviator of the stress has none of.
 
 
+def _erfc_terms(degree: int) -> list[float]:
+    """Return p_k, the highest first, of exp(x^2) erfc(x) = t (p_n t^n + ... + p_0) at x >= 0.
+
+    t = 2 / (2 + x). It is the polynomial through Chebyshev points (Schonfelder 1978, Math. Comput.
+    32:1232-1240).
+    """
+    in_u = Chebyshev.interpolate(
+        lambda u: erfcx(4.0 / (1.0 + u) - 2.0) * 2.0 / (1.0 + u),
+        degree,  # t = (1 + u) / 2
+    )
+    in_t: Polynomial = in_u(Polynomial([-1.0, 2.0]))
+    return [float(p) for p in in_t.coef[::-1]]
+
+
+ERFC_TERMS = _erfc_terms(22)
+"""Errors of `erf` are below 1e-13."""
+
+
+@ti.func
+def lane_erf(x):
+    """Return erf x of a lane vector x >= 0."""
+    t = 2.0 / (2.0 + x)
+    series = 0.0 * x
+    for p in ti.static(ERFC_TERMS):
+        series = series * t + p
+    return 1.0 - ti.exp(-x * x) * t * series
+
+
 @ti.data_oriented  # an argument of functions in kernels
 class LaneFunctions(Functions):
     """Elementary functions of lane vectors, for the laws."""
@@ -268,8 +299,9 @@ class LaneFunctions(Functions):
     exp, log, sqrt = staticmethod(ti.exp), staticmethod(ti.log), staticmethod(ti.sqrt)
     cos, acos = staticmethod(ti.cos), staticmethod(ti.acos)
     minimum, maximum = staticmethod(ti.min), staticmethod(ti.max)
-    where = staticmethod(ti.select)
+    where, erf = staticmethod(ti.select), staticmethod(lane_erf)
 
+    erf_integral = ti.func(Functions.erf_integral)
     principal_logarithms = ti.func(Functions.principal_logarithms)
     power_curvature = ti.func(Functions.power_curvature)
     power_slope = ti.func(Functions.power_slope)
@@ -342,6 +374,42 @@ class OfTwoInvariants(Isochoric):
         """Return I1_bar and I2_bar."""
         I1 = r2 * self.metric.contraction(C, identity)
         return I1, 0.5 * (I1 * I1 - r2 * self.metric.contraction(C, raised))
+
+
+class Softening:
+    """Kernel class of the Mullins effect, with the largest W of each element.
+
+    peak (scenarios, blocks) [J/m^3]: W_m of materials/mullins.py.
+    """
+
+    def __init__(self, mullins: Mullins, scenarios: int, blocks: int) -> None:
+        self.constants = real_field(np.array(mullins.constants))
+        self.peak = lane_field((scenarios, blocks))
+        self.functions = LaneFunctions()
+        self.law_factor, self.law_stored = ti.func(mullins.factor), ti.func(mullins.stored)
+        self.law_dissipated = ti.func(mullins.dissipated)
+
+    @ti.func
+    def c(self):
+        """Return the constants."""
+        return ti.Vector([self.constants[i] for i in range(3)])
+
+    @ti.func
+    def factor(self, s, b, W):
+        """Return eta at an energy density W [J/m^3], which is remembered if it is the largest."""
+        peak = ti.max(self.peak[s, b], W)
+        self.peak[s, b] = peak
+        return self.law_factor(ti.max(W, 0.0), peak, self.c(), self.functions)
+
+    @ti.func
+    def stored(self, s, b, W):
+        """Return the stored energy density U [J/m^3]."""
+        return self.law_stored(ti.max(W, 0.0), self.peak[s, b], self.c(), self.functions)
+
+    @ti.func
+    def dissipated(self, s, b):
+        """Return the dissipated energy density D [J/m^3]."""
+        return self.law_dissipated(self.peak[s, b], self.c(), self.functions)
 
 
 def isochoric(law: Law, metric: Any) -> Isochoric:

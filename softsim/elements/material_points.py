@@ -1,4 +1,4 @@
-"""Material at the integration point of each element: law and Maxwell branches.
+"""Material at the integration point of each element: law, its softening and Maxwell branches.
 
 Each Maxwell branch (Linder, Tkachuk, Miehe 2011, J. Mech. Phys. Solids 59:2134-2156) has a viscous
 metric A, at rest the inverse of C_bar:
@@ -27,7 +27,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, lane_data, lane_field, real_field
 from softsim.compute.term import Pass
-from softsim.elements.kinematics import isochoric
+from softsim.elements.kinematics import Softening, isochoric
 from softsim.materials.material import Material
 
 # -------------------------------------------------------------------------------------------------
@@ -46,6 +46,9 @@ from softsim.materials.material import Material
 # A branch is held for MOST_HELD increments at most, which is short against every motion that a mesh
 # resolves, and for TAU_SHARE of its relaxation time. Nothing is dissipated while it is held. If the
 # time step changes while it is held, it then relaxes by n of the new steps.
+
+PEAK_ENERGY = "peak_energy"
+"""State field of materials that soften: largest energy density so far (materials/mullins.py)."""
 
 MOST_HELD = 8  # increments
 TAU_SHARE = 1 / 8
@@ -109,6 +112,9 @@ class MaterialPoints:
         blocks = backend.lane_blocks(len(rest_edges))
         identity = metric.identity(rest_edges)
         self.elastic = isochoric(material.law, metric)
+        self.softens = material.mullins is not None
+        if material.mullins is not None:
+            self.softening = Softening(material.mullins, scenarios, blocks)
         self.branch_count = len(material.branches)
         self.branch_modulus = real_field(np.array([b.shear_modulus for b in material.branches]))
         self.identity = [lane_data(component[None]) for component in identity.T]
@@ -137,9 +143,12 @@ class MaterialPoints:
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Return the fields that a checkpoint stores."""
+        kept: dict[str, ti.Field] = {}
+        if self.softens:
+            kept[PEAK_ENERGY] = self.softening.peak
         if not self.branch_count:
-            return {}
-        kept = {"metric_work": self.metric_work}
+            return kept
+        kept["metric_work"] = self.metric_work
         kept |= self.relaxation.state_fields()
         tensors = {
             "last_C_bar": self.last_C_bar,
@@ -169,8 +178,11 @@ class MaterialPoints:
 
     @ti.func
     def fictitious_stress(self, s, b, C, r2):
-        """Return M = 2 dW/dC_bar + sum mu A [Pa] after relaxing the branches that are due."""
+        """Return M = 2 eta dW/dC_bar + sum mu A [Pa] after relaxing the branches that are due."""
         M = self.elastic.stress(C, r2, self._identity(b))
+        if ti.static(self.softens):
+            W = self.elastic.energy_density(C, r2, self._identity(b))
+            M = self.metric.scaled(self.softening.factor(s, b, W), M)
         if ti.static(self.branch_count > 0):
             C_bar = self.metric.scaled(r2, C)
             last = self.metric.stored(self.last_C_bar, s, b)
@@ -202,6 +214,8 @@ class MaterialPoints:
     def stored_energy(self, s, b, C, r2):
         """Return the energy density of law and Maxwell springs [J/m^3]."""
         w = self.elastic.energy_density(C, r2, self._identity(b))
+        if ti.static(self.softens):
+            w = self.softening.stored(s, b, w)
         for k in ti.static(range(self.branch_count)):
             A = self.metric.stored(self.viscous_metric, s, self.branch_count * b + k)
             stretch = r2 * self.metric.contraction(C, A)
@@ -217,6 +231,14 @@ class MaterialPoints:
             for k in ti.static(range(self.branch_count)):
                 A = self.metric.stored(self.viscous_metric, s, self.branch_count * b + k)
                 w += 0.5 * self.branch_modulus[k] * self._log_determinant(b, A)
+        return w
+
+    @ti.func
+    def damage(self, s, b):
+        """Return the energy density that softening has dissipated so far [J/m^3]."""
+        w = self.metric.lane(0.0)
+        if ti.static(self.softens):
+            w += self.softening.dissipated(s, b)
         return w
 
     @ti.func

@@ -284,6 +284,15 @@ class OnePointElements(Term):
         return ti.Vector([0.0, viscous + self.hourglass_dissipation(s, part)])
 
     @ti.func
+    def damage_energy(self, s, part):
+        """Return the energy [J] dissipated by the softening of the material (ABAQUS's ALLDMD)."""
+        in_elements = self.metric.lane(0.0)
+        if ti.static(self.points.softens):
+            for b in range(self.blocks.first(part), self.blocks.first(part + 1)):
+                in_elements += self.points.damage(s, b) * self.volume[b]
+        return in_elements.sum()
+
+    @ti.func
     def hourglass_dissipation(self, s, part):
         """Return the energy [J] that hourglass modes have dissipated so far."""
         return ti.cast(0.0, backend.real)

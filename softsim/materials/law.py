@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
+from scipy import special
 
 # -------------------------------------------------------------------------------------------------
 # Elementary functions for laws, of floats and numpy arrays.
@@ -41,6 +42,7 @@ class Functions:
     where: Any
 
     exp, log, sqrt, cos, acos = np.exp, np.log, np.sqrt, np.cos, np.arccos
+    erf: Any = staticmethod(special.erf)
     minimum, maximum, where = np.minimum, np.maximum, staticmethod(np.where)
 
     def principal_logarithms(self, I1, I2):
@@ -89,6 +91,10 @@ class Functions:
         h = 0.5 * (u - v)
         ratio = self.sinh_ratio(p * h) / self.sinh_ratio(h)
         return p * self.exp(0.5 * (p - 1.0) * (u + v)) * ratio
+
+    def erf_integral(self, x):
+        """Return the integral of erf from 0 to x >= 0."""
+        return x * self.erf(x) + (self.exp(-x * x) - 1.0) * 0.5641895835477563  # 1 / sqrt(pi)
 
     def sinh_ratio(self, x):
         """Return sinh x / x, by its series where |x| < 1: to x^14 / 15!."""
@@ -144,6 +150,10 @@ class Law(ABC):
         return 0.0
 
     @abstractmethod
+    def energy(self, b: np.ndarray) -> np.ndarray:
+        """Return W (...,) [J/m^3]."""
+
+    @abstractmethod
     def slopes(self, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return W1 and W2 (...,) [Pa]."""
 
@@ -195,6 +205,10 @@ class FirstInvariantLaw(Law):
         """4 I1_bar W'' at rest, where W' rises from there."""
         return max(12.0 * float(self.energy_curvature(3.0, self.constants)), 0.0)
 
+    def energy(self, b: np.ndarray) -> np.ndarray:
+        """Return W (...,) [J/m^3]."""
+        return np.asarray(self.energy_density(b.sum(axis=-1), self.constants))
+
     def slopes(self, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return W1 = W' and W2 = 0 (...,) [Pa]."""
         W1 = np.asarray(self.energy_slope(b.sum(axis=-1), self.constants))
@@ -223,6 +237,11 @@ class TwoInvariantLaw(Law):
     @abstractmethod
     def energy_slopes(self) -> Any:
         """(W1, W2)(I1_bar, I2_bar, c, m) [Pa]."""
+
+    def energy(self, b: np.ndarray) -> np.ndarray:
+        """Return W (...,) [J/m^3]."""
+        I1_bar, I2_bar = b.sum(axis=-1), (1.0 / b).sum(axis=-1)
+        return np.asarray(self.energy_density(I1_bar, I2_bar, self.constants, Functions()))
 
     def slopes(self, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return W1 and W2 (...,) [Pa]."""

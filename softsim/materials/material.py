@@ -1,10 +1,11 @@
-"""Material of a body: an isochoric law, a bulk modulus, Maxwell branches and a density."""
+"""Material of a body: isochoric law, bulk modulus, Maxwell branches, softening and density."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.materials.law import Law
+from softsim.materials.law import Functions, Law
+from softsim.materials.mullins import Mullins
 from softsim.units import format_quantity
 
 # ABAQUS/Explicit takes this ratio kappa / mu0 where no compressibility is given.
@@ -30,6 +31,7 @@ class Material:
     strain_range: largest engineering strain that the law was fitted on, or None.
     spectrum_error: largest relative error of the complex modulus of the branches within the
     spectrum that they were fitted to, or None where they were given.
+    mullins: softening of the law, or None.
     """
 
     name: str
@@ -39,11 +41,26 @@ class Material:
     branches: tuple[MaxwellBranch, ...] = ()
     strain_range: float | None = None
     spectrum_error: float | None = None
+    mullins: Mullins | None = None
 
     @property
     def instantaneous_shear_modulus(self) -> float:
         """Shear modulus at rest under a sudden load [Pa]: the law's and that of all branches."""
         return self.law.initial_shear_modulus + sum(b.shear_modulus for b in self.branches)
+
+    def stress(self, b: np.ndarray, peak_energy: np.ndarray | float = 0.0) -> np.ndarray:
+        """Return the deviatoric principal Kirchhoff stresses (..., 3) [Pa] of the softened law.
+
+        b (..., 3): squared isochoric principal stretches. peak_energy (...,) [J/m^3]: largest
+        energy density so far, if it is larger than the present one.
+        """
+        tau = self.law.stress(b)
+        if self.mullins is None:
+            return tau
+        W = np.maximum(self.law.energy(b), 0.0)
+        peak = np.maximum(W, peak_energy)
+        eta: np.ndarray = self.mullins.factor(W, peak, self.mullins.constants, Functions())
+        return eta[..., None] * tau
 
     def storage_modulus(self, frequency: float) -> float:
         """Return mu' [Pa] of small vibrations at `frequency` [Hz] about the state at rest.

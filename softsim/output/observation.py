@@ -66,6 +66,7 @@ def columns(model: Model) -> dict[str, str]:
         "external_work": "J",  # ALLWK: pressure, motor, forces, gravity
         "friction_dissipation": "J",  # ALLFD: contact, tethers
         "viscous_dissipation": "J",  # ALLVD + ALLCD: dashpots, bulk viscosity, relaxation's damping
+        **damage_columns(model),
         "contact_energy": "J",  # ALLPW: penalty springs, adhesion
         "energy_error": "-",  # |ETOTAL - ETOTAL(0)| over the largest reference energy
     }
@@ -87,6 +88,12 @@ def hourglass_columns(model: Model) -> dict[str, str]:
     """Return the columns of hourglass modes -> unit; empty if the elements have none."""
     found = any(region.has_hourglass_modes for region in model.regions)
     return {"hourglass_energy": "J"} if found else {}  # ALLAE: a part of the internal one
+
+
+def damage_columns(model: Model) -> dict[str, str]:
+    """Return the column of the Mullins effect -> unit; empty if no material softens."""
+    found = any(region.material.mullins is not None for region in model.regions)
+    return {"damage_dissipation": "J"} if found else {}  # ALLDMD
 
 
 def frame_columns(axes: str) -> dict[str, str]:
@@ -131,6 +138,7 @@ class Observer:
         model = scenario.model
         self.blank = dict.fromkeys(columns(model), float("nan"))
         self.hourglass_columns = hourglass_columns(model)
+        self.damage_columns = damage_columns(model)
         self.parts_pressed = parts_pressed(model)
         self.chambers = several_chambers(model)
         self.areas = np.zeros(len(model.points))
@@ -176,6 +184,7 @@ class Observer:
         row["external_work"] = energies.external_work
         row["friction_dissipation"] = energies.friction_dissipation
         row["viscous_dissipation"] = energies.viscous_dissipation
+        row |= dict.fromkeys(self.damage_columns, energies.damage_dissipation)
         row["contact_energy"] = energies.contact
         row["energy_error"] = self.balance.error(energies)
         if model.relaxation is not None:
@@ -278,7 +287,11 @@ def frame(scenario: Scenario, further: Sequence[str]) -> Frame:
     """Return the current fields of a scenario; further: names from `output.fields`."""
     model = scenario.model
     x = scenario.positions()
-    measured = [[measure_elements(r, x[r.nodes]) for r in b.regions] for b in model.bodies]
+    peaks = scenario.peak_energies()
+    measured = [
+        [measure_elements(r, x[r.nodes], peaks.get(r, 0.0)) for r in b.regions]
+        for b in model.bodies
+    ]
     parts = list(zip(model.bodies, measured, strict=True))
     points, _ = mesh_of(model)
     poses = [frame_pose(scenario, r) for r in range(len(model.rigid_bodies))]
@@ -300,7 +313,10 @@ def frame(scenario: Scenario, further: Sequence[str]) -> Frame:
     }
     if "stress" in further:
         of_cells["stress"] = np.concatenate(
-            [b.joined(cauchy_stress(r, x[r.nodes]) for r in b.regions) for b in model.bodies]
+            [
+                b.joined(cauchy_stress(r, x[r.nodes], peaks.get(r, 0.0)) for r in b.regions)
+                for b in model.bodies
+            ]
         )
     return Frame(
         of_points,

@@ -30,6 +30,7 @@ ENERGIES = {
     "external_work": ("external work", INK, "--"),  # where nothing is lost, upon the internal one
     "friction_dissipation": ("friction", ORANGE, "-"),
     "viscous_dissipation": ("viscous", PURPLE, "-"),
+    "damage_dissipation": ("softening", RED, "-"),
     "contact_energy": ("contact", GREEN, "-"),
 }
 

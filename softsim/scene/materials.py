@@ -3,9 +3,10 @@
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from softsim.scene.quantities import (
+    NotNegativePressure,
     Number,
     PositiveCompressibility,
     PositiveDensity,
@@ -124,6 +125,32 @@ class PronyTerm(Spec):
     )
 
 
+class MullinsEffect(Spec):
+    """Mullins effect (Ogden and Roxburgh): the stress of the law is multiplied by 1 - erf((W_m -
+    W) / (m + beta W_m)) / r, where W is its energy density and W_m the largest so far.
+    """
+
+    r: Number = Field(
+        gt=1.0, description="1/r is the largest fraction of the stress that softening takes away."
+    )
+    m: NotNegativePressure = Field(
+        default=written("0 Pa"),
+        description="Energy density, which makes small deformations soften less.",
+    )
+    beta: Number = Field(
+        default=0.0,
+        ge=0.0,
+        description="Width of the softening over W_m: small values soften more after little "
+        "unloading. At least one of m and beta is greater than 0.",
+    )
+
+    @model_validator(mode="after")
+    def _has_width(self) -> "MullinsEffect":
+        if self.m == 0.0 and self.beta == 0.0:
+            raise ValueError("give m or beta, greater than 0")
+        return self
+
+
 class _Rubber(Spec):
     density: PositiveDensity = Field(description="Mass density.")
     bulk_modulus: PositivePressure | None = Field(
@@ -145,6 +172,9 @@ class _Rubber(Spec):
         default=None,
         description="Viscoelasticity as a spectrum, to which a Prony series is fitted; instead of "
         "`prony`. The constants of the law are then the long-term ones, from slow tests.",
+    )
+    mullins: MullinsEffect | None = Field(
+        default=None, description="Softening by the largest deformation so far."
     )
     source: Text = Field(default="", description="Source of the constants.")
     spread: tuple[PositivePressure, PositivePressure, PositivePressure] | None = Field(

@@ -35,7 +35,7 @@ LENGTHS, PRESSURES = Measure("m", listed=CYCLES), Measure("Pa", listed=CYCLES)
 WITHOUT_DERIVATIVE = (
     "time", "cycles_done", "contact_count", "contact_area", "rows_in_contact", "slip_share",
     "kinetic_energy", "external_work", "friction_dissipation", "viscous_dissipation",
-    "energy_error", "unbalanced_share",
+    "damage_dissipation", "energy_error", "unbalanced_share",
 )  # fmt: skip
 """Columns that are counts, errors, or sums over the load steps."""
 

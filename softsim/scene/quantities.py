@@ -286,6 +286,7 @@ FIXED_COLUMNS = frozenset(
         "external_work",
         "friction_dissipation",
         "viscous_dissipation",
+        "damage_dissipation",
         "contact_energy",
         "energy_error",
         "unbalanced_share",

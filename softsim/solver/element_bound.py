@@ -40,6 +40,11 @@ from softsim.mesh.mesh import batches
 # of h_ij^2. The largest eigenvalue of the remainder is the other part of the bound. It is no less
 # than tau_i - 2 max(W1, 0) b_i, because F_zz of a ring has a second variation of its own.
 #
+# Softening (materials/mullins.py) multiplies W1, W2, H and the deviator of tau by eta, and adds
+# d eta/dW (dW)^2, that is d eta/dW tau_i tau_j to H_ij and d eta/dW W'^2 to W''. The bounds are
+# convex in eta: at the ends of its range they are largest. d eta/dW is taken at its largest for
+# this W, that where unloading begins.
+#
 # A Maxwell branch adds the variation of a law with W' = mu/2, with its metric F A F^T J^(-2/3) in
 # place of b_bar. In an element that was deformed straight from rest that metric lies between b_bar
 # (unrelaxed) and I (relaxed); the bound covers both ends and all states between them.
@@ -66,20 +71,50 @@ def tangent_bound(
 
     The pressure is positive in tension.
     """
-    law = material.law
     branches = sum(branch.shear_modulus for branch in material.branches)
+    factors, stiffening = [1.0], np.zeros_like(J)
+    if material.mullins is not None:
+        factors = [material.mullins.least_factor, 1.0]
+        stiffening = material.mullins.stiffening(_energy(material.law, b_bar))
+    bounds = [
+        _of_law(material.law, eta, stiffening, branches, J, b_bar, pressure) for eta in factors
+    ]
+    return TangentBound(
+        np.max([bound.material for bound in bounds], axis=0),
+        np.max([bound.spatial for bound in bounds], axis=0),
+    )
+
+
+def _energy(law: Law, b_bar: np.ndarray) -> np.ndarray:
+    """Return W (m,) [J/m^3]."""
+    return np.maximum(law.energy(principal_values(np.moveaxis(b_bar, -1, 0))), 0.0)
+
+
+def _of_law(
+    law: Law,
+    eta: float,
+    stiffening: np.ndarray,
+    branches: float,
+    J: np.ndarray,
+    b_bar: np.ndarray,
+    pressure: np.ndarray,
+) -> TangentBound:
+    """Return the bound for the law times eta, with d eta/dW = stiffening (m,) [m^3/J]."""
     I1_bar = b_bar[0, 0] + b_bar[1, 1] + b_bar[2, 2]
     if isinstance(law, FirstInvariantLaw):
         slope = law.energy_slope(I1_bar, law.constants)
-        curvature = law.energy_curvature(I1_bar, law.constants)
-        return _of_first_invariant(slope, curvature, branches, J, b_bar, pressure)
+        curvature = eta * law.energy_curvature(I1_bar, law.constants) + stiffening * slope**2
+        return _of_first_invariant(eta * slope, curvature, branches, J, b_bar, pressure)
     zero = np.zeros_like(J)
     beside = _of_first_invariant(zero, zero, branches, J, b_bar, zero)
     b = principal_values(np.moveaxis(b_bar, -1, 0))
-    split = 2.0 * np.maximum(law.slopes(b)[0], 0.0)
+    W1, W2 = law.slopes(b)
+    tau = law.stress(b)
+    H = eta * law.stiffness(b) + stiffening[:, None, None] * tau[:, :, None] * tau[:, None, :]
+    split = 2.0 * eta * np.maximum(W1, 0.0)
+    largest = _largest_left(b, eta * W1, eta * W2, eta * tau, H, split, pressure * J)
     return TangentBound(
-        split * np.abs(J) ** (-2.0 / 3.0) + beside.material,
-        _largest_left(law, b, split, pressure * J) + beside.spatial,
+        split * np.abs(J) ** (-2.0 / 3.0) + beside.material, largest + beside.spatial
     )
 
 
@@ -119,16 +154,23 @@ def _of_first_invariant(
     )
 
 
-def _largest_left(law: Law, b: np.ndarray, split: np.ndarray, pJ: np.ndarray) -> np.ndarray:
+def _largest_left(
+    b: np.ndarray,
+    W1: np.ndarray,
+    W2: np.ndarray,
+    tau: np.ndarray,
+    H: np.ndarray,
+    split: np.ndarray,
+    pJ: np.ndarray,
+) -> np.ndarray:
     """Return the bound (m,) [Pa] of the variation minus split tr(h b_bar h^T), over |h|^2.
 
-    b (m, 3): principal values of b_bar. split (m,) [Pa]: factor of the term that is subtracted.
-    The bound is at least 0.
+    b (m, 3): principal values of b_bar. W1, W2 (m,), tau (m, 3), H (m, 3, 3) [Pa]: of the law.
+    split (m,) [Pa]: factor of the term that is subtracted. The bound is at least 0.
     """
-    W1, W2 = law.slopes(b)
-    tau = law.stress(b) + pJ[:, None]
+    tau = tau + pJ[:, None]
     taken = split[:, None] * b
-    normal = law.stiffness(b) + pJ[:, None, None] - (tau + taken)[:, :, None] * np.eye(3)
+    normal = H + pJ[:, None, None] - (tau + taken)[:, :, None] * np.eye(3)
     largest = [principal_values(normal)[:, 0], *(tau - taken).T]
     for i, j, k in AXES:
         a = 2.0 * (W1 + W2 * b[:, k])

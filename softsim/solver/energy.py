@@ -3,8 +3,9 @@
 The terms are internal energy (ALLSE of ABAQUS: law, Maxwell springs, cables, layers, fibres,
 tendons, tethers), which includes that of the hourglass modes (ALLAE), kinetic energy (ALLKE),
 contact springs (ALLPW), friction (ALLFD: contact, tethers, ends of cables), viscous dissipation
-(ALLVD + ALLCD: Maxwell dashpots, bulk viscosity, contact dashpots, local damping) and external work
-(ALLWK: pressure, motor, nodal forces, gravity). The balance (ETOTAL) is the sum of the others minus
+(ALLVD + ALLCD: Maxwell dashpots, bulk viscosity, contact dashpots, local damping), dissipation by
+the softening of materials (ALLDMD) and external work (ALLWK: pressure, motor, nodal forces,
+gravity). The balance (ETOTAL) is the sum of the others minus
 the external work and minus its initial value.
 """
 
@@ -32,6 +33,7 @@ class Energies:
     contact: float
     friction_dissipation: float
     viscous_dissipation: float
+    damage_dissipation: float
     external_work: float
 
     @property
@@ -43,6 +45,7 @@ class Energies:
             + self.contact
             + self.friction_dissipation
             + self.viscous_dissipation
+            + self.damage_dissipation
             - self.external_work
         )
 
@@ -58,7 +61,7 @@ class EnergyReader:
     """Kernel class that computes the energies of all scenarios in one launch.
 
     Most energies are not stored in fields: they follow from stretches, gaps and velocities.
-    readings (scenarios, 7) [J]: in the order of Energies; in_parts (scenarios, parts, 7): the
+    readings (scenarios, 8) [J]: in the order of Energies; in_parts (scenarios, parts, 8): the
     partial sums of each. rests: for each scenario, True if its states are equilibria, which have no
     kinetic energy.
     """
@@ -67,7 +70,7 @@ class EnergyReader:
         self.solver = solver
         self.terms, self.bodies = solver.terms, solver.terms.rigid_bodies
         self.serially, self.parts = backend.device().name == "cpu", backend.device().parts
-        self.in_parts = np.zeros((solver.scenarios, self.parts, 7))
+        self.in_parts = np.zeros((solver.scenarios, self.parts, 8))
         self.readings = self.in_parts.sum(axis=1)
         self.rests = [model.takes_load_steps for model in solver.models]
 
@@ -102,6 +105,7 @@ class EnergyReader:
             contact = ti.cast(0.0, backend.real)
             friction = ti.cast(0.0, backend.real)
             viscous = ti.cast(0.0, backend.real)
+            damage = ti.cast(0.0, backend.real)
             kinetic = self.terms.nodes.kinetic_energy(s, dt, part)
             work = self.terms.nodes.weight_work(s, part)
             if part == 0:
@@ -112,6 +116,7 @@ class EnergyReader:
                 internal += term.stored_energy(s, part)
             for elements in ti.static(self.terms.elements):
                 hourglass += elements.hourglass_energy(s, part)
+                damage += elements.damage_energy(s, part)
             for term in ti.static(self.terms.touching):
                 contact += term.stored_energy(s, part)
             for term in ti.static(self.terms.everything):
@@ -129,7 +134,8 @@ class EnergyReader:
             in_parts[s, part, 3] = contact
             in_parts[s, part, 4] = friction
             in_parts[s, part, 5] = viscous
-            in_parts[s, part, 6] = work
+            in_parts[s, part, 6] = damage
+            in_parts[s, part, 7] = work
 
 
 def weight_energy(model: Model) -> float:

@@ -23,6 +23,7 @@ import taichi as ti
 from scipy.spatial.transform import Rotation
 
 from softsim.compute import fields
+from softsim.elements.material_points import PEAK_ENERGY
 from softsim.model import Model
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.increments import Span
@@ -217,12 +218,13 @@ class StaticForces:
 
     @cached_property
     def _path_fields(self) -> dict[str, ti.Field]:
-        """State fields that remember the path: of contact, tethers and ends of cables."""
+        """State fields that remember the path: of contact, tethers, ends of cables, softening."""
         owners = ("contacts/", "self_contacts/", "loads/", "structures/")
         of_terms = {
             name: field
             for name, field in self.solver.terms.state_fields().items()
-            if name.startswith(owners) and name.rsplit("/", 1)[1] not in RECOMPUTED
+            if (name.startswith(owners) and name.rsplit("/", 1)[1] not in RECOMPUTED)
+            or name.endswith(f"/{PEAK_ENERGY}")
         }
         if not of_terms:
             return {}

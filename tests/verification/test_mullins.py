@@ -1,0 +1,177 @@
+"""Mullins effect: stress, stored energy, dissipation and stable step.
+
+The closed forms are written anew here, with scipy's error function and quadrature.
+"""
+
+import closed_forms
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import erf
+
+C = (36e3, 5e3, 1e3)
+R, M, BETA = 1.6, 2e3, 0.4
+MULLINS = f"mullins: {{r: {R}, m: 2 kPa, beta: {BETA}}}"
+KAPPA = 20.0 * 72e3
+
+
+def eta(W, peak):
+    """Ogden and Roxburgh 1999, with the constants of ABAQUS."""
+    return 1.0 - erf((peak - W) / (M + BETA * peak)) / R
+
+
+def energy_of(stretches):
+    """Isochoric energy density of Yeoh's law [J/m^3]."""
+    J = np.prod(stretches)
+    return closed_forms.energy_density(J ** (-2.0 / 3.0) * np.sum(np.square(stretches)), C)
+
+
+def softened_by(peak):
+    """Cauchy stress of a point whose largest energy density so far was `peak` [J/m^3]."""
+
+    def stress(stretches, c, kappa):
+        W = energy_of(stretches)
+        pressure = kappa * (np.prod(stretches) - 1.0)
+        deviator = closed_forms.cauchy_stress(stretches, c, kappa) - pressure
+        return eta(W, max(W, peak)) * deviator + pressure
+
+    return stress
+
+
+# A block is pulled, let back, pulled further and let go.
+SIDE = 2e-3
+PULLS = ((0, 0.0), (1, 2.0e-3), (2, 0.8e-3), (3, 2.6e-3), (4, 0.0))  # [s], [m]
+PULL = f"""
+bodies:
+  b:
+    mesh: {{generator: box, length: 2 mm, height: 2 mm, width: 2 mm, element_size: 1 mm}}
+    formulation: solid
+    material: soft
+materials:
+  soft: {{law: yeoh, C10: 36 kPa, C20: 5 kPa, C30: 1 kPa, density: 1000 kg/m^3, {MULLINS}}}
+environment: {{gravity: 0 m/s^2}}
+conditions:
+  left: {{kind: symmetry, nodes: b.left, normal: x}}
+  bottom: {{kind: symmetry, nodes: b.bottom, normal: y}}
+  back: {{kind: symmetry, nodes: b.back, normal: z}}
+  right:
+    kind: prescribed
+    nodes: b.right
+    direction: x
+    displacement: {{kind: table, points: [{", ".join(f"[{t} s, {u} m]" for t, u in PULLS)}]}}
+output: {{history_interval: 50 ms, probes: {{hold: {{kind: reaction, nodes: b.right}}}}}}
+time: {{end: 4 s, procedure: static}}
+solver: {{equilibrium_tolerance: 1e-6}}
+"""
+
+
+def test_a_block_is_pulled_twice(write_scene, tmp_path, kernel_cache, monkeypatch,
+                                 record_verification):  # fmt: skip
+    """Every row of the history: force, stored and dissipated energy of a homogeneous bar."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from rich.console import Console
+
+    from softsim.run import run
+
+    results = run(
+        write_scene(PULL), out=tmp_path / "run", device="cpu", console=Console(quiet=True)
+    )
+    history = results.history
+    volume, peak = SIDE**3, 0.0
+    largest = dict.fromkeys(("force", "stored", "dissipated"), 0.0)
+    for k, t in enumerate(history["time"]):
+        stretch = 1.0 + np.interp(t, *np.transpose(PULLS)) / SIDE
+        bar = closed_forms.nearly_incompressible_uniaxial(stretch, C, KAPPA, softened_by(peak))
+        W = energy_of([stretch, bar.lateral_stretch, bar.lateral_stretch])
+        peak = max(peak, W)
+        stored = quad(lambda w, p=peak: eta(w, p), 0.0, W, epsabs=1e-9)[0]
+        lost = peak - quad(lambda w, p=peak: eta(w, p), 0.0, peak, epsabs=1e-9)[0]
+        stored += 0.5 * KAPPA * (bar.J - 1.0) ** 2
+        found = {
+            "force": (history["hold_x"][k], bar.stress * SIDE**2),
+            "stored": (history["internal_energy"][k], stored * volume),
+            "dissipated": (history["damage_dissipation"][k], lost * volume),
+        }
+        for name, (computed, exact) in found.items():
+            largest[name] = max(largest[name], abs(computed - exact))
+    for name, size in (("force", "hold_x"), ("stored", "internal_energy"),
+                       ("dissipated", "damage_dissipation")):  # fmt: skip
+        share = largest[name] / np.abs(history[size]).max()
+        record_verification(f"Mullins effect, bar pulled twice: {name}, largest error", 0.0, share)
+        assert share < 2e-5
+    error = history["energy_error"][-1]
+    record_verification("Mullins effect, bar pulled twice: energy error", 0.0, error)
+    assert error < 0.005
+    assert history["hold_x"][-1] == pytest.approx(0.0, abs=1e-5)  # no permanent set
+
+
+# Vibration: the energy balance, in every formulation and with both kinds of laws.
+
+SHAKEN = f"""
+bodies: {{b: {{BODY, material: soft, fixed: [left]}}}}
+materials:
+  soft: {{LAW, density: 1000 kg/m^3, prony: [{{g: 0.3, relaxation_time: 1 ms}}], {MULLINS}}}
+environment: {{gravity: 0 m/s^2}}
+loads:
+  pull:
+    kind: nodal_force
+    nodes: b.right
+    direction: [1, 0.3, 0]
+    profile: {{kind: smooth_step, value: 0.1 N, duration: 2 ms}}
+time: {{end: 30 ms}}
+"""
+BLOCK = "{generator: block, length: 4 mm, height: 2 mm, element_size: 1 mm, cells: quad}"
+BOX = "{generator: box, length: 4 mm, height: 2 mm, width: 2 mm, element_size: 1 mm}"
+YEOH = "law: yeoh, C10: 36 kPa, C20: 5 kPa, C30: 1 kPa"
+OGDEN = "law: ogden, mu: [60 kPa, 10 kPa, 2 kPa], alpha: [1.3, -2.5, 7]"
+SHAKEN_BODIES = {
+    "plane_strain": (f"mesh: {BLOCK}, formulation: plane_strain, thickness: 2 mm", OGDEN),
+    "solid": (f"mesh: {BOX}, formulation: solid", YEOH),
+}
+
+
+@pytest.mark.parametrize("formulation", list(SHAKEN_BODIES))
+def test_a_vibration_keeps_its_energy(build, start, record_verification, formulation):
+    """Work = stored + kinetic + dissipated, though the peak of the energy density rises."""
+    from softsim.solver.energy import EnergyReader
+
+    body, law = SHAKEN_BODIES[formulation]
+    text = SHAKEN.replace("BODY", body).replace("LAW", law)
+    if formulation == "plane_strain":
+        text = text.replace("[1, 0.3, 0]", "[1, 0.3]")
+    solver = start(build(text))
+    reader = EnergyReader(solver)
+    begin, largest, damage = reader.read().balance, 0.0, [0.0]
+    while solver.times[0] < 30e-3:
+        solver.advance(200)
+        energies = reader.read()
+        largest = max(largest, abs(energies.balance - begin) / energies.reference_energy)
+        damage.append(energies.damage_dissipation)
+    record_verification(f"Mullins effect, vibration, {formulation}: energy error", 0.0, largest)
+    assert largest < 1e-3
+    assert damage[-1] > 0.05 * energies.external_work
+    assert np.diff(damage).min() >= 0.0
+
+
+def test_the_error_function_of_kernels(fresh_taichi):
+    """It is as accurate as scipy's."""
+    import taichi as ti
+
+    from softsim.compute import backend
+    from softsim.elements.kinematics import LaneFunctions
+
+    lane, functions = backend.lane_vector(), LaneFunctions()
+    x = np.linspace(0.0, 12.0, 1201)
+    computed = np.zeros((2, len(x)))
+
+    @ti.kernel
+    def fill(x: ti.types.ndarray(ti.f64, ndim=1), y: ti.types.ndarray(ti.f64, ndim=2)):
+        for i in x:
+            at = lane(x[i])
+            y[0, i] = functions.erf(at)[0]
+            y[1, i] = functions.erf_integral(at)[0]
+
+    fill(x, computed)
+    np.testing.assert_allclose(computed[0], erf(x), atol=1e-13)
+    integral = [quad(erf, 0.0, end)[0] for end in x[::100]]
+    np.testing.assert_allclose(computed[1][::100], integral, rtol=1e-11, atol=1e-13)
