@@ -241,6 +241,13 @@ class Elsewhere:
 
     def _refuse_path_dependence(self, here: Evaluation) -> None:
         """Raise SimulationError if the equilibrium does not follow from the loads alone."""
+        softening = [r.material.name for r in self.model.regions if r.material.mullins is not None]
+        if softening:
+            raise SimulationError(
+                f"the equilibrium depends on the path of the loads: material '{softening[0]}' "
+                "softens",
+                hint="derivatives need materials without `mullins`",
+            )
         forces = self.run.forces.inner_force()
         share = float(np.linalg.norm(here.residual)) / max(forces, 1e-300)
         if share > max(self.run.newton.tolerance, VISCOUS):

@@ -125,7 +125,7 @@ class PronyTerm(Spec):
     )
 
 
-class MullinsEffect(Spec):
+class MullinsSpec(Spec):
     """Mullins effect (Ogden and Roxburgh): the stress of the law is multiplied by 1 - erf((W_m -
     W) / (m + beta W_m)) / r, where W is its energy density and W_m the largest so far.
     """
@@ -145,7 +145,7 @@ class MullinsEffect(Spec):
     )
 
     @model_validator(mode="after")
-    def _has_width(self) -> "MullinsEffect":
+    def _has_width(self) -> "MullinsSpec":
         if self.m == 0.0 and self.beta == 0.0:
             raise ValueError("give m or beta, greater than 0")
         return self
@@ -173,7 +173,7 @@ class _Rubber(Spec):
         description="Viscoelasticity as a spectrum, to which a Prony series is fitted; instead of "
         "`prony`. The constants of the law are then the long-term ones, from slow tests.",
     )
-    mullins: MullinsEffect | None = Field(
+    mullins: MullinsSpec | None = Field(
         default=None, description="Softening by the largest deformation so far."
     )
     source: Text = Field(default="", description="Source of the constants.")

@@ -92,6 +92,14 @@ def test_compressibility_is_given_once():
     assert refused(YeohMaterial, **YEOH, poisson_ratio=0.5) == {"poisson_ratio"}
 
 
+def test_softening_has_a_width_and_leaves_some_stress():
+    mullins = {"r": 2, "beta": 0.1}
+    assert YeohMaterial.model_validate({**YEOH, "mullins": mullins}).mullins.m == 0.0
+    assert refused(YeohMaterial, **YEOH, mullins={"r": 2}) == {"mullins"}
+    assert refused(YeohMaterial, **YEOH, mullins={**mullins, "r": 1}) == {"mullins.r"}
+    assert refused(YeohMaterial, **YEOH, mullins={**mullins, "m": -1.0}) == {"mullins.m"}
+
+
 def test_a_prony_series_leaves_some_stiffness():
     term = {"g": 0.5, "relaxation_time": "2 ms"}
     assert len(YeohMaterial.model_validate({**YEOH, "prony": [term]}).prony) == 1

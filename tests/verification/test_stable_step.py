@@ -164,7 +164,8 @@ STRAINS = {
 }
 
 
-# Other laws of the same shear modulus at rest.
+# Laws of the same shear modulus at rest.
+YEOH = "law: yeoh, C10: 36 kPa, C20: 5 kPa, C30: 1 kPa"
 MOONEY_RIVLIN = "law: mooney_rivlin, C10: 30 kPa, C01: 6 kPa"
 OGDEN = "law: ogden, mu: [60 kPa, 10 kPa, 2 kPa], alpha: [1.3, -2.5, 7]"
 
@@ -206,6 +207,40 @@ def test_under_strain(limits, record_verification, formulation, overrides):
         assert bound > exact / (1.1 if name == "at rest" else 1.35)
     exact, bound = exact_and_bound(places["stretched"], relaxed=True)
     assert exact / 1.35 < bound < exact
+
+
+SOFTENING = "mullins: {r: 1.5, m: 1 kPa, beta: 0.2}"
+
+
+@pytest.mark.parametrize(
+    ("formulation", "law"), [("plane_strain", OGDEN), ("solid", YEOH)], ids=["ogden", "yeoh"]
+)
+def test_of_a_material_that_softens(limits, record_verification, formulation, law):
+    """Where unloading begins the tangent is stiffer than on loading, after much unloading softer.
+
+    The largest energy densities are written into the solver. The bound does not know them and holds
+    for the stiffest case.
+    """
+    from softsim.compute import fields
+
+    model, solver, exact_and_bound = limits(formulation, *made_of(f"{law}, {SOFTENING}"))
+    peak = solver.terms.elements[0].points.softening.peak
+    # More than the increments of the differences strain it: they do not load it any further.
+    for name, F in STRAINS[formulation].items():
+        x = model.points @ np.transpose(F)
+        fields.write(peak, 0.0)
+        virgin = exact_and_bound(x)[0]
+        for times, gap in ((1.0 + 1e-4, 1.5), (3.0, 3.0)):
+            fields.write(peak, 0.0)
+            solver.find_forces(1e-9)
+            fields.write(peak, times * fields.read(peak))
+            exact, bound = exact_and_bound(x)
+            if times < 2.0 and name == "stretched":
+                assert exact < virgin  # the test is about something
+            record_verification(
+                f"stable step [s], softening, {formulation}, {name}, {times:.3g} W", exact, bound
+            )
+            assert exact / gap < bound < exact
 
 
 @pytest.mark.parametrize("formulation", ["plane_strain", "solid"])

@@ -9,6 +9,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import erf
 
+from softsim.errors import SimulationError
+
 C = (36e3, 5e3, 1e3)
 R, M, BETA = 1.6, 2e3, 0.4
 MULLINS = f"mullins: {{r: {R}, m: 2 kPa, beta: {BETA}}}"
@@ -103,6 +105,17 @@ def test_a_block_is_pulled_twice(write_scene, tmp_path, kernel_cache, monkeypatc
     record_verification("Mullins effect, bar pulled twice: energy error", 0.0, error)
     assert error < 0.005
     assert history["hold_x"][-1] == pytest.approx(0.0, abs=1e-5)  # no permanent set
+
+
+def test_derivatives_are_refused(write_scene, kernel_cache, monkeypatch):
+    """The stiffness on loading differs from that on unloading."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim import Simulation
+
+    simulation = Simulation(write_scene(PULL))
+    simulation.step(0.1)
+    with pytest.raises(SimulationError, match="material 'soft' softens"):
+        simulation.gradient("hold_x", ["materials.soft.C10"])
 
 
 # Vibration: the energy balance, in every formulation and with both kinds of laws.
