@@ -84,12 +84,13 @@ class Material:
         return float(np.sqrt(modulus * self.density))
 
     def describe(self) -> str:
-        """Return a text with the name and the viscoelastic model."""
+        """Return a text with the name, the viscoelastic model and the softening."""
+        softening = "" if self.mullins is None else f", softens with r = {self.mullins.r:g}"
         if not self.branches:
-            return f"{self.name}, elastic"
+            return f"{self.name}, elastic{softening}"
         times = sorted(branch.relaxation_time for branch in self.branches)
         span = " to ".join(format_quantity(float(f"{t:.3g}"), "s") for t in (times[0], times[-1]))
-        text = f"{self.name}, {len(times)} Maxwell branches of {span}"
+        text = f"{self.name}{softening}, {len(times)} Maxwell branches of {span}"
         if self.spectrum_error is None:
             return text
         return f"{text}, fitted to the spectrum within {100.0 * self.spectrum_error:.2g} %"
