@@ -190,7 +190,7 @@ class Facets:
 # Regions of a body: elements of one material and one geometry.
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Region:
     """Cell set of a body, or the cells in no set with its own region: then cell_set is None.
 
@@ -303,15 +303,15 @@ def joined_regions(regions: Sequence[Region], points: np.ndarray) -> list[Region
     points (n, d) [m]: of all nodes. Nodes that lie between those of joined bodies belong to no
     element of the region, as do a body's nodes outside a region.
     """
-    return [_joined(alike, points) for alike in alike_regions(regions)]
+    return [_joined([regions[k] for k in alike], points) for alike in alike_regions(regions)]
 
 
-def alike_regions(regions: Sequence[Region]) -> list[list[Region]]:
-    """Return the regions that `joined_regions` merges, group by group."""
-    kinds: dict[Hashable, list[Region]] = {}
-    for region in regions:
+def alike_regions(regions: Sequence[Region]) -> list[list[int]]:
+    """Return the numbers of the regions that `joined_regions` merges, group by group."""
+    kinds: dict[Hashable, list[int]] = {}
+    for number, region in enumerate(regions):
         kind = (region.geometry, region.material, region.cell_set)
-        kinds.setdefault(kind, []).append(region)
+        kinds.setdefault(kind, []).append(number)
     return list(kinds.values())
 
 

@@ -19,9 +19,8 @@ from numpy.polynomial import Chebyshev, Polynomial
 from scipy.special import erfcx
 
 from softsim.compute import backend
-from softsim.compute.fields import lane_field, real_field
+from softsim.compute.fields import real_field
 from softsim.materials.law import Functions, Law
-from softsim.materials.mullins import Mullins
 
 
 class PlaneMetric:
@@ -374,42 +373,6 @@ class OfTwoInvariants(Isochoric):
         """Return I1_bar and I2_bar."""
         I1 = r2 * self.metric.contraction(C, identity)
         return I1, 0.5 * (I1 * I1 - r2 * self.metric.contraction(C, raised))
-
-
-class Softening:
-    """Kernel class of the Mullins effect, with the largest W of each element.
-
-    peak (scenarios, blocks) [J/m^3]: W_m of materials/mullins.py.
-    """
-
-    def __init__(self, mullins: Mullins, scenarios: int, blocks: int) -> None:
-        self.constants = real_field(np.array(mullins.constants))
-        self.peak = lane_field((scenarios, blocks))
-        self.functions = LaneFunctions()
-        self.law_factor, self.law_stored = ti.func(mullins.factor), ti.func(mullins.stored)
-        self.law_dissipated = ti.func(mullins.dissipated)
-
-    @ti.func
-    def c(self):
-        """Return the constants."""
-        return ti.Vector([self.constants[i] for i in range(3)])
-
-    @ti.func
-    def factor(self, s, b, W):
-        """Return eta at an energy density W [J/m^3], which is remembered if it is the largest."""
-        peak = ti.max(self.peak[s, b], W)
-        self.peak[s, b] = peak
-        return self.law_factor(ti.max(W, 0.0), peak, self.c(), self.functions)
-
-    @ti.func
-    def stored(self, s, b, W):
-        """Return the stored energy density U [J/m^3]."""
-        return self.law_stored(ti.max(W, 0.0), self.peak[s, b], self.c(), self.functions)
-
-    @ti.func
-    def dissipated(self, s, b):
-        """Return the dissipated energy density D [J/m^3]."""
-        return self.law_dissipated(self.peak[s, b], self.c(), self.functions)
 
 
 def isochoric(law: Law, metric: Any) -> Isochoric:

@@ -27,8 +27,9 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, lane_data, lane_field, real_field
 from softsim.compute.term import Pass
-from softsim.elements.kinematics import Softening, isochoric
+from softsim.elements.kinematics import LaneFunctions, isochoric
 from softsim.materials.material import Material
+from softsim.materials.mullins import Mullins
 
 # -------------------------------------------------------------------------------------------------
 # Relaxation of Maxwell branches; those that are slow against the time step relax less often.
@@ -46,9 +47,6 @@ from softsim.materials.material import Material
 # A branch is held for MOST_HELD increments at most, which is short against every motion that a mesh
 # resolves, and for TAU_SHARE of its relaxation time. Nothing is dissipated while it is held. If the
 # time step changes while it is held, it then relaxes by n of the new steps.
-
-PEAK_ENERGY = "peak_energy"
-"""State field of materials that soften: largest energy density so far (materials/mullins.py)."""
 
 MOST_HELD = 8  # increments
 TAU_SHARE = 1 / 8
@@ -92,6 +90,49 @@ class MaxwellSchedule:
             held = self.held[s, k] * (1 - self.due[s, k]) + 1
             self.held[s, k] = held
             self.due[s, k] = ti.cast(held >= self.holds[s, k], ti.i32)
+
+
+# -------------------------------------------------------------------------------------------------
+# Softening by the largest energy density so far.
+
+PEAK_ENERGY = "peak_energy"
+"""State field of materials that soften."""
+
+
+class Softening:
+    """Kernel class of the Mullins effect, with the largest W of each element.
+
+    peak (scenarios, blocks) [J/m^3]: W_m of materials/mullins.py.
+    """
+
+    def __init__(self, mullins: Mullins, scenarios: int, blocks: int) -> None:
+        self.constants = real_field(np.array(mullins.constants))
+        self.peak = lane_field((scenarios, blocks))
+        self.functions = LaneFunctions()
+        self.law_factor, self.law_stored = ti.func(mullins.factor), ti.func(mullins.stored)
+        self.law_dissipated = ti.func(mullins.dissipated)
+
+    @ti.func
+    def c(self):
+        """Return the constants."""
+        return ti.Vector([self.constants[i] for i in range(3)])
+
+    @ti.func
+    def factor(self, s, b, W):
+        """Return eta at an energy density W [J/m^3], which is remembered if it is the largest."""
+        peak = ti.max(self.peak[s, b], W)
+        self.peak[s, b] = peak
+        return self.law_factor(ti.max(W, 0.0), peak, self.c(), self.functions)
+
+    @ti.func
+    def stored(self, s, b, W):
+        """Return the stored energy density U [J/m^3]."""
+        return self.law_stored(ti.max(W, 0.0), self.peak[s, b], self.c(), self.functions)
+
+    @ti.func
+    def dissipated(self, s, b):
+        """Return the dissipated energy density D [J/m^3]."""
+        return self.law_dissipated(self.peak[s, b], self.c(), self.functions)
 
 
 class MaterialPoints:

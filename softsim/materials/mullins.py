@@ -40,10 +40,10 @@ class Mullins:
         """1 - 1/r, below which eta never falls."""
         return 1.0 - 1.0 / self.r
 
-    def stiffening(self, W: np.ndarray) -> np.ndarray:
-        """Return an upper bound of d eta / dW [m^3/J] for every W_m, at energy densities W.
+    def steepest_slope(self, W: np.ndarray) -> np.ndarray:
+        """Return d eta / dW [m^3/J] at energy densities W where unloading begins, W_m = W.
 
-        It is reached where unloading begins, W_m = W.
+        For larger W_m it is smaller.
         """
         scale = np.maximum(self.m + self.beta * W, LEAST_SCALE)
         return np.asarray(2.0 / (np.sqrt(np.pi) * self.r * scale))

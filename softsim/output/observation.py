@@ -287,11 +287,9 @@ def frame(scenario: Scenario, further: Sequence[str]) -> Frame:
     """Return the current fields of a scenario; further: names from `output.fields`."""
     model = scenario.model
     x = scenario.positions()
-    peaks = scenario.peak_energies()
-    measured = [
-        [measure_elements(r, x[r.nodes], peaks.get(r, 0.0)) for r in b.regions]
-        for b in model.bodies
-    ]
+    peaks = iter(scenario.peak_energies())
+    of_bodies = [[(r, next(peaks)) for r in b.regions] for b in model.bodies]
+    measured = [[measure_elements(r, x[r.nodes], peak) for r, peak in of] for of in of_bodies]
     parts = list(zip(model.bodies, measured, strict=True))
     points, _ = mesh_of(model)
     poses = [frame_pose(scenario, r) for r in range(len(model.rigid_bodies))]
@@ -314,8 +312,8 @@ def frame(scenario: Scenario, further: Sequence[str]) -> Frame:
     if "stress" in further:
         of_cells["stress"] = np.concatenate(
             [
-                b.joined(cauchy_stress(r, x[r.nodes], peaks.get(r, 0.0)) for r in b.regions)
-                for b in model.bodies
+                b.joined(cauchy_stress(r, x[r.nodes], peak) for r, peak in of)
+                for b, of in zip(model.bodies, of_bodies, strict=True)
             ]
         )
     return Frame(

@@ -11,6 +11,7 @@ from softsim.elements.geometry import Hoop, Region, nodal_sums, principal_values
 from softsim.elements.hourglass import HourglassStiffness
 from softsim.materials.law import FirstInvariantLaw, Law
 from softsim.materials.material import Material
+from softsim.materials.mullins import Mullins
 from softsim.mesh.mesh import batches
 
 # -------------------------------------------------------------------------------------------------
@@ -41,13 +42,20 @@ from softsim.mesh.mesh import batches
 # than tau_i - 2 max(W1, 0) b_i, because F_zz of a ring has a second variation of its own.
 #
 # Softening (materials/mullins.py) multiplies W1, W2, H and the deviator of tau by eta, and adds
-# d eta/dW (dW)^2, that is d eta/dW tau_i tau_j to H_ij and d eta/dW W'^2 to W''. The bounds are
-# convex in eta: at the ends of its range they are largest. d eta/dW is taken at its largest for
-# this W, that where unloading begins.
+# d eta/dW (tau : h)^2 <= d eta/dW |tau|^2 |h|^2. The bounds are convex in eta: at the ends of its
+# range they are largest. d eta/dW is taken where unloading begins. Its term rises from zero with
+# the first strain E, where W = mu0 |E|^2 and tau = 2 mu0 E, by more than the step in use allows: so
+# it is taken at a strain that is larger by ALLOWED_STRAIN.
 #
 # A Maxwell branch adds the variation of a law with W' = mu/2, with its metric F A F^T J^(-2/3) in
 # place of b_bar. In an element that was deformed straight from rest that metric lies between b_bar
 # (unrelaxed) and I (relaxed); the bound covers both ends and all states between them.
+
+ALLOWED_STRAIN = 0.06
+"""Root sum of squares of the strains since an estimate, which may reduce the step by 8 %.
+
+A step in use has a margin of 10 %. Of an incompressible plane element it is a stretch of 4 %.
+"""
 
 AXES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 """Axes i, j of each pair, and the third axis k."""
@@ -71,50 +79,45 @@ def tangent_bound(
 
     The pressure is positive in tension.
     """
-    branches = sum(branch.shear_modulus for branch in material.branches)
-    factors, stiffening = [1.0], np.zeros_like(J)
-    if material.mullins is not None:
-        factors = [material.mullins.least_factor, 1.0]
-        stiffening = material.mullins.stiffening(_energy(material.law, b_bar))
-    bounds = [
-        _of_law(material.law, eta, stiffening, branches, J, b_bar, pressure) for eta in factors
-    ]
+    if material.mullins is None:
+        return _of_law(material, 1.0, J, b_bar, pressure)
+    least = material.mullins.least_factor
+    ends = [_of_law(material, eta, J, b_bar, pressure) for eta in (least, 1.0)]
+    stiffer = _stiffening(material, material.mullins, b_bar)
     return TangentBound(
-        np.max([bound.material for bound in bounds], axis=0),
-        np.max([bound.spatial for bound in bounds], axis=0),
+        np.maximum(ends[0].material, ends[1].material),
+        np.maximum(ends[0].spatial, ends[1].spatial) + stiffer,
     )
 
 
-def _energy(law: Law, b_bar: np.ndarray) -> np.ndarray:
-    """Return W (m,) [J/m^3]."""
-    return np.maximum(law.energy(principal_values(np.moveaxis(b_bar, -1, 0))), 0.0)
+def _stiffening(material: Material, mullins: Mullins, b_bar: np.ndarray) -> np.ndarray:
+    """Return d eta/dW |tau|^2 (m,) [Pa] where unloading begins, with ALLOWED_STRAIN more strain."""
+    law, mu = material.law, material.law.initial_shear_modulus
+    b = principal_values(np.moveaxis(b_bar, -1, 0))
+    W = (np.sqrt(np.maximum(law.energy(b), 0.0)) + np.sqrt(mu) * ALLOWED_STRAIN) ** 2
+    tau = np.linalg.norm(law.stress(b), axis=1) + 2.0 * mu * ALLOWED_STRAIN
+    stiffer: np.ndarray = mullins.steepest_slope(W) * tau**2
+    return stiffer
 
 
 def _of_law(
-    law: Law,
-    eta: float,
-    stiffening: np.ndarray,
-    branches: float,
-    J: np.ndarray,
-    b_bar: np.ndarray,
-    pressure: np.ndarray,
+    material: Material, eta: float, J: np.ndarray, b_bar: np.ndarray, pressure: np.ndarray
 ) -> TangentBound:
-    """Return the bound for the law times eta, with d eta/dW = stiffening (m,) [m^3/J]."""
+    """Return the bound for the law times a constant eta, with Maxwell branches."""
+    law = material.law
+    branches = sum(branch.shear_modulus for branch in material.branches)
     I1_bar = b_bar[0, 0] + b_bar[1, 1] + b_bar[2, 2]
     if isinstance(law, FirstInvariantLaw):
-        slope = law.energy_slope(I1_bar, law.constants)
-        curvature = eta * law.energy_curvature(I1_bar, law.constants) + stiffening * slope**2
-        return _of_first_invariant(eta * slope, curvature, branches, J, b_bar, pressure)
+        slope = eta * law.energy_slope(I1_bar, law.constants)
+        curvature = eta * law.energy_curvature(I1_bar, law.constants)
+        return _of_first_invariant(slope, curvature, branches, J, b_bar, pressure)
     zero = np.zeros_like(J)
     beside = _of_first_invariant(zero, zero, branches, J, b_bar, zero)
     b = principal_values(np.moveaxis(b_bar, -1, 0))
-    W1, W2 = law.slopes(b)
-    tau = law.stress(b)
-    H = eta * law.stiffness(b) + stiffening[:, None, None] * tau[:, :, None] * tau[:, None, :]
-    split = 2.0 * eta * np.maximum(W1, 0.0)
-    largest = _largest_left(b, eta * W1, eta * W2, eta * tau, H, split, pressure * J)
+    split = 2.0 * eta * np.maximum(law.slopes(b)[0], 0.0)
     return TangentBound(
-        split * np.abs(J) ** (-2.0 / 3.0) + beside.material, largest + beside.spatial
+        split * np.abs(J) ** (-2.0 / 3.0) + beside.material,
+        _largest_left(law, eta, b, split, pressure * J) + beside.spatial,
     )
 
 
@@ -155,22 +158,17 @@ def _of_first_invariant(
 
 
 def _largest_left(
-    b: np.ndarray,
-    W1: np.ndarray,
-    W2: np.ndarray,
-    tau: np.ndarray,
-    H: np.ndarray,
-    split: np.ndarray,
-    pJ: np.ndarray,
+    law: Law, eta: float, b: np.ndarray, split: np.ndarray, pJ: np.ndarray
 ) -> np.ndarray:
     """Return the bound (m,) [Pa] of the variation minus split tr(h b_bar h^T), over |h|^2.
 
-    b (m, 3): principal values of b_bar. W1, W2 (m,), tau (m, 3), H (m, 3, 3) [Pa]: of the law.
-    split (m,) [Pa]: factor of the term that is subtracted. The bound is at least 0.
+    b (m, 3): principal values of b_bar. split (m,) [Pa]: factor of the term that is subtracted.
+    The law is multiplied by eta. The bound is at least 0.
     """
-    tau = tau + pJ[:, None]
+    W1, W2 = (eta * slope for slope in law.slopes(b))
+    tau = eta * law.stress(b) + pJ[:, None]
     taken = split[:, None] * b
-    normal = H + pJ[:, None, None] - (tau + taken)[:, :, None] * np.eye(3)
+    normal = eta * law.stiffness(b) + pJ[:, None, None] - (tau + taken)[:, :, None] * np.eye(3)
     largest = [principal_values(normal)[:, 0], *(tau - taken).T]
     for i, j, k in AXES:
         a = 2.0 * (W1 + W2 * b[:, k])

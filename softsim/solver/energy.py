@@ -5,8 +5,8 @@ tendons, tethers), which includes that of the hourglass modes (ALLAE), kinetic e
 contact springs (ALLPW), friction (ALLFD: contact, tethers, ends of cables), viscous dissipation
 (ALLVD + ALLCD: Maxwell dashpots, bulk viscosity, contact dashpots, local damping), dissipation by
 the softening of materials (ALLDMD) and external work (ALLWK: pressure, motor, nodal forces,
-gravity). The balance (ETOTAL) is the sum of the others minus
-the external work and minus its initial value.
+gravity). The balance (ETOTAL) is the sum of the others minus the external work and minus its
+initial value.
 """
 
 from collections.abc import Sequence

@@ -18,7 +18,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.machine import ComputeDevice, memory_of
 from softsim.compute.term import shares_kernels
-from softsim.elements.geometry import Region, alike_regions
+from softsim.elements.geometry import alike_regions
 from softsim.errors import DeviceError, OutputError
 from softsim.loads.load import Load
 from softsim.model import Model
@@ -482,16 +482,20 @@ class Scenario:
         centre: np.ndarray = moment / mass.sum()
         return centre
 
-    def peak_energies(self) -> dict[Region, np.ndarray]:
-        """Return the largest energy density so far (m,) [J/m^3] of the regions that soften."""
-        found: dict[Region, np.ndarray] = {}
-        elements: list[Any] = list(self.terms.elements)
-        for regions, term in zip(alike_regions(self.model.regions), elements, strict=True):
+    def peak_energies(self) -> list[np.ndarray | float]:
+        """Return the largest energy density so far (m,) [J/m^3] of the model's regions.
+
+        It is 0 of a region whose material does not soften.
+        """
+        regions, elements = self.model.regions, list[Any](self.terms.elements)
+        peaks: list[np.ndarray | float] = [0.0] * len(regions)
+        for alike, term in zip(alike_regions(regions), elements, strict=True):
             if term.points.softens:
-                ends = np.cumsum([len(r.cells) for r in regions])
-                peaks = self.read(term.points.softening.peak).ravel()[: ends[-1]]
-                found |= dict(zip(regions, np.split(peaks, ends[:-1]), strict=True))
-        return found
+                ends = np.cumsum([len(regions[k].cells) for k in alike])
+                of_all = self.read(term.points.softening.peak).ravel()[: ends[-1]]
+                for k, peak in zip(alike, np.split(of_all, ends[:-1]), strict=True):
+                    peaks[k] = peak
+        return peaks
 
     def has_missed_contact(self) -> bool:
         """Return True if a neighbour list of contact was too short for all points nearby."""

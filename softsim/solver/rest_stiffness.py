@@ -90,10 +90,10 @@ def refuse_too_large(body: Body, entries: int) -> None:
 
 
 class ElasticForces:
-    """Forces on a body's nodes by one of its regions alone, with relaxed branches."""
+    """Forces on a body's nodes by one of its regions alone, relaxed and not softened."""
 
     def __init__(self, model: Model, body: Body, region: Region) -> None:
-        relaxed = replace(region, material=replace(region.material, branches=()))
+        relaxed = replace(region, material=replace(region.material, branches=(), mullins=None))
         alone = replace(
             model, bodies=(replace(body, regions=(relaxed,)),), rigid_bodies=(), outlines=(),
             walls=(), self_contact=None, structures=(), loads=(),

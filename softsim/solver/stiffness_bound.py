@@ -29,7 +29,7 @@ from softsim.elements.geometry import Geometry
 from softsim.mesh.mesh import incidence
 from softsim.model import Model
 from softsim.solver.contact_bound import REACH, ContactStiffness, tied_mass
-from softsim.solver.element_bound import ElementStiffness, RegionStiffness
+from softsim.solver.element_bound import ALLOWED_STRAIN, ElementStiffness, RegionStiffness
 from softsim.structures.structure import NodalStiffness
 
 
@@ -327,10 +327,6 @@ def volume_gradient(geometry: Geometry, facets: np.ndarray, x: np.ndarray) -> np
 # element whose principal stretches have changed by the fraction e since the estimate has gradients
 # of at most 1 / (1 - e) times those then, so that its stable step has fallen by about e, and by as
 # much again if its law stiffens with strain.
-
-# Root sum of squares of the strains since the estimate: of an incompressible plane element that is
-# e = 4 %, for which the stable step may have fallen by 8 %. A step in use has 10 % of room.
-ALLOWED_STRAIN = 0.06
 
 # Growth of the measures of shape of a structure: the stiffness of a cable's joint grows with 1 + 4
 # of its measure at most, the step with the root (structures/cable.py).

@@ -220,16 +220,18 @@ class StaticForces:
     def _path_fields(self) -> dict[str, ti.Field]:
         """State fields that remember the path: of contact, tethers, ends of cables, softening."""
         owners = ("contacts/", "self_contacts/", "loads/", "structures/")
+        state = self.solver.terms.state_fields()
+        of_materials = {n: field for n, field in state.items() if n.endswith(f"/{PEAK_ENERGY}")}
         of_terms = {
             name: field
-            for name, field in self.solver.terms.state_fields().items()
-            if (name.startswith(owners) and name.rsplit("/", 1)[1] not in RECOMPUTED)
-            or name.endswith(f"/{PEAK_ENERGY}")
+            for name, field in state.items()
+            if name.startswith(owners) and name.rsplit("/", 1)[1] not in RECOMPUTED
         }
         if not of_terms:
-            return {}
+            return of_materials
         slots = zip("xyz", self.nodes.corner_forces.component, strict=False)
-        return of_terms | {f"nodes/corner_forces_{axis}": field for axis, field in slots}
+        of_nodes = {f"nodes/corner_forces_{axis}": field for axis, field in slots}
+        return of_materials | of_terms | of_nodes
 
     # --- accepted states -------------------------------------------------------------------------
 

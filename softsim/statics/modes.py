@@ -44,7 +44,7 @@ from softsim.contact.surface_contact import SurfaceContact
 from softsim.errors import ModesError
 from softsim.loads.tether import EndDragTerm, TetherTerm
 from softsim.materials.maxwell import branch_moduli
-from softsim.model import Body
+from softsim.model import Body, Model
 from softsim.solver.natural_modes import (
     SHIFT,
     NaturalMode,
@@ -163,6 +163,17 @@ class LoadedModes(NaturalModes):
         return sentences
 
 
+def refuse_softening(model: Model) -> None:
+    """Raise ModesError if a material softens: it is stiffer on unloading than on loading."""
+    for region in model.regions:
+        if region.material.mullins is not None:
+            raise ModesError(
+                f"material '{region.material.name}' softens: small vibrations and instabilities "
+                "have no single stiffness",
+                hint="compute them without `mullins`",
+            )
+
+
 class SmallVibrations:
     """Stiffness and inertia of a model about the accepted equilibrium of the forces.
 
@@ -171,12 +182,14 @@ class SmallVibrations:
     along an arbitrary displacement [-]. loose (u, r): L times the rigid motions without stiffness,
     orthonormal.
 
-    Raises ModesError if the stiffness would have too many entries, or its error is too large.
+    Raises ModesError if the stiffness would have too many entries, if its error is too large, or if
+    a material softens.
     """
 
     def __init__(self, forces: StaticForces, friction: Friction = "stick") -> None:
         self.forces, self.model, self.tangent = forces, forces.model, Tangent(forces)
         self.friction, self.at = friction, forces.start
+        refuse_softening(self.model)
         body = joined(self.model.bodies)
         refuse_too_large(body, self.tangent.pairs.nnz * self.model.dimension**2)
         self.body = at_equilibrium(body, self.at.x)

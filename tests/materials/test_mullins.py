@@ -49,7 +49,7 @@ def test_the_factor_and_its_slope_are_bounded(mullins, peak, fraction):
     factors = [of(mullins.factor, W + h, peak, mullins=mullins) for h in (0.0, -step)]
     assert mullins.least_factor <= factors[0] <= 1.0
     slope = (factors[0] - factors[1]) / step
-    assert slope <= float(mullins.stiffening(np.array(W - step))) * (1.0 + 1e-9) + 1e-12 / step
+    assert slope <= float(mullins.steepest_slope(np.array(W - step))) * (1.0 + 1e-9) + 1e-12 / step
 
 
 def test_a_material_at_rest_has_its_whole_stiffness():

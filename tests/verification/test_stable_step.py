@@ -218,14 +218,13 @@ SOFTENING = "mullins: {r: 1.5, m: 1 kPa, beta: 0.2}"
 def test_of_a_material_that_softens(limits, record_verification, formulation, law):
     """Where unloading begins the tangent is stiffer than on loading, after much unloading softer.
 
-    The largest energy densities are written into the solver. The bound does not know them and holds
-    for the stiffest case.
+    The largest energy densities are written into the solver. The bound holds for all of them, so it
+    is far below the exact step after much unloading.
     """
     from softsim.compute import fields
 
     model, solver, exact_and_bound = limits(formulation, *made_of(f"{law}, {SOFTENING}"))
     peak = solver.terms.elements[0].points.softening.peak
-    # More than the increments of the differences strain it: they do not load it any further.
     for name, F in STRAINS[formulation].items():
         x = model.points @ np.transpose(F)
         fields.write(peak, 0.0)
@@ -236,7 +235,9 @@ def test_of_a_material_that_softens(limits, record_verification, formulation, la
             fields.write(peak, times * fields.read(peak))
             exact, bound = exact_and_bound(x)
             if times < 2.0 and name == "stretched":
-                assert exact < virgin  # the test is about something
+                assert exact < virgin
+            if times > 2.0 and name != "squeezed":
+                assert exact > virgin
             record_verification(
                 f"stable step [s], softening, {formulation}, {name}, {times:.3g} W", exact, bound
             )
