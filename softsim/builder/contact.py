@@ -144,7 +144,10 @@ def adhesions(
     of_bodies = [b for b in bodies if np.isin(adhering, np.arange(len(points))[b.nodes]).any()]
     materials = [region.material for body in of_bodies for region in body.regions]
     softest = min(reduced_modulus(m.law.initial_shear_modulus, m.bulk_modulus) for m in materials)
-    laws = [CohesiveLaw(s.work_of_adhesion, s.pull_off_stress, s.range) for s in specs.values()]
+    laws = [
+        CohesiveLaw(s.work_of_adhesion, s.pull_off_stress, s.range, s.shear_strength)
+        for s in specs.values()
+    ]
 
     def areas_at(surface: str) -> np.ndarray:
         """Return the area (entries, k) [m^2] of each node by the entry that counts at a surface."""

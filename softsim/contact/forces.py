@@ -96,15 +96,23 @@ def limit_with_memory(last, instant, age, memory, slip_length, speed, dt):
 # which outside, h. This is the model of Maugis (1992, J. Colloid Interface Sci. 150:243) with
 # linear softening instead of a constant stress. The energy that is lost between approach and
 # separation is that of the sudden jumps of an elastic body, not of the law.
+#
+# Friction is limited to mu N, where N balances the attraction too. With a shear strength tau the
+# load and the adhering area contribute separately instead (Derjaguin 1934, Z. Phys. 88:661):
+# mu max(N - F, 0) + tau A as long as the node is in contact.
 
 
 @dataclass(frozen=True)
 class CohesiveLaw:
-    """Adhesion per area: work w [J/m^2], with the pull-off stress s [Pa] or the range h [m]."""
+    """Adhesion per area: work w [J/m^2], with the pull-off stress s [Pa] or the range h [m].
+
+    shear_strength: tau [Pa], or None where friction is mu N.
+    """
 
     work: float
     pull_off_stress: float | None
     range: float | None
+    shear_strength: float | None = None
 
     def stress(self, compliance: np.ndarray) -> np.ndarray:
         """Return s [Pa], with a given range the root of w = s h / 2 + s^2 c / 2.
@@ -125,12 +133,15 @@ class Adhesion:
 
     attraction (k, w) [N]: force F on a node that touches, zero where nothing adheres. reach (k, w)
     [m]: gap h at which it vanishes. zone (k, w) [m]: length E* w / s^2 of the cohesive zone at the
-    rim of a contact, infinite where nothing adheres.
+    rim of a contact, infinite where nothing adheres. shear (k, w) [N]: tau A of the laws with a
+    shear strength; sheared (k, w) [N]: their part of F.
     """
 
     attraction: PerScenario[np.ndarray]
     reach: PerScenario[np.ndarray]
     zone: PerScenario[np.ndarray]
+    shear: PerScenario[np.ndarray]
+    sheared: PerScenario[np.ndarray]
 
     @classmethod
     def of_areas(
@@ -144,13 +155,17 @@ class Adhesion:
         """
         stiffness, area = k_n[:, None], areas.sum(axis=0)
         of_laws = list(zip(laws, areas, strict=True))
-        force = np.sum([law.stress(area / stiffness) * own for law, own in of_laws], axis=0)
+        forces = [law.stress(area / stiffness) * own for law, own in of_laws]
+        force = np.sum(forces, axis=0)
+        strong = [law.shear_strength is not None for law in laws]
+        shear = np.sum([(law.shear_strength or 0.0) * own for law, own in of_laws], axis=0)
+        sheared = np.sum(np.where(np.reshape(strong, (-1, 1, 1)), forces, 0.0), axis=0)
         energy = np.sum([law.work * own for law, own in of_laws], axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             # Where nothing attracts, any length will do.
             reach = np.where(force > 0.0, 2.0 * energy / force - force / stiffness, 1.0)
             zone = np.where(force > 0.0, modulus * energy * area / force**2, np.inf)
-        return cls(force, reach, zone)
+        return cls(force, reach, zone, shear, sheared)
 
     @property
     def farthest(self) -> float:
@@ -167,6 +182,8 @@ class NodalAdhesion:
     def __init__(self, adhesions: Sequence[Adhesion]) -> None:
         self.attraction = real_field(np.stack([a.attraction for a in adhesions]))
         self.reach = real_field(np.stack([a.reach for a in adhesions]))
+        self.shear = real_field(np.stack([a.shear for a in adhesions]))
+        self.sheared = real_field(np.stack([a.sheared for a in adhesions]))
 
     @ti.func
     def force(self, s, i, w, gap):
@@ -179,6 +196,11 @@ class NodalAdhesion:
         closeness, depth = self._closeness(s, i, w, gap), ti.max(-gap, 0.0)
         outside = 0.5 * self.reach[s, i, w] * closeness * closeness
         return -self.attraction[s, i, w] * (outside + depth)
+
+    @ti.func
+    def friction_limit(self, s, i, w, N, mu):
+        """Return the largest friction [N] of node i in contact with surface w; N: as above."""
+        return mu * ti.max(N - self.sheared[s, i, w], 0.0) + self.shear[s, i, w]
 
     @ti.func
     def _closeness(self, s, i, w, gap):

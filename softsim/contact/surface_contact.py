@@ -237,6 +237,8 @@ class SurfaceContact(NodalForces, Dissipation):
         stretch = tangential(q - self.anchor[s, i, w], n)
         age, last = self.age[s, i, w] + dt, self.friction_limit[s, i, w]
         instant = self.friction_coefficient[s] * N
+        for adhesion in ti.static(self.adhesion):
+            instant = adhesion.friction_limit(s, i, w, N, self.friction_coefficient[s])
         memory = self.friction_memory[s]
         if t < 0.0:  # bodies settle, as if they lay there for long: the limit has followed
             memory = 0.0

@@ -351,6 +351,11 @@ class AdhesionSpec(Spec):
     range: PositiveLength | None = Field(
         default=None, description="Gap at which the attraction vanishes."
     )
+    shear_strength: PositivePressure | None = Field(
+        default=None,
+        description="Friction per adhering area, which is added to that of the load. Default: "
+        "the friction coefficient times the attraction.",
+    )
     surfaces: tuple[Text, ...] = Field(
         default=(),
         description="Deformable bodies or facet sets BODY.SET that adhere. Default: all.",

@@ -306,6 +306,21 @@ def test_adhesion_raises_friction(history, record_verification):
     assert force == pytest.approx(exact, rel=0.02)
 
 
+def test_the_shear_strength_of_an_adhering_area(history, record_verification):
+    """A belt exerts mu m g + tau A on a block that is held at its lower side, so not tilted."""
+    scene = BLOCK.replace("point: [0 mm, 4 mm], normal: [0, -1]", "point: [0 mm, 0 mm]")
+    scene = scene.replace("surfaces: [block.upper]", "surfaces: [block.lower]")
+    scene += ON_A_BELT.replace("block.upper", "block.lower")
+    found = history(
+        scene, "contact.friction_coefficient=0.5", "contact.adhesion.glue.shear_strength=80 Pa"
+    )
+    force = found["wall_force_x"][found["time"] > 40e-3].mean()
+    exact = 0.5 * 1080.0 * 9.81 * 8e-3 * 4e-3 * 10e-3 + 80.0 * 8e-3 * 10e-3
+    record_verification("friction on a belt with a shear strength [N]", exact, force)
+    assert force == pytest.approx(exact, rel=0.02)
+    assert found["energy_error"][-1] < 1e-3
+
+
 def test_scenarios_do_not_depend_on_each_other(build, fresh_taichi):
     """A block that hangs and one that falls move alike alone and in a batch, bit by bit."""
     from softsim.solver.explicit import ExplicitSolver
