@@ -73,10 +73,12 @@ def test_without_probes_there_is_no_figure_of_them(history) -> None:
 
 
 MODELS = {
-    "static, driven by volume": """
+    "static, driven by volume, of a material that softens": """
 bodies:
   b: {mesh: {generator: pfr_meridian, element_size: 1 mm}, formulation: axisymmetric,
-      material: ecoflex_00_30, fixed: [ends]}
+      material: soft, fixed: [ends]}
+materials:
+  soft: {law: neo_hooke, C10: 10 kPa, density: 1 g/cm^3, mullins: {r: 2, beta: 0.1}}
 loads:
   a: {kind: added_volume, facets: [b.chamber], profile: {kind: ramp, value: 1 ml, duration: 1 s}}
 time: {end: 1 s, procedure: static}
