@@ -74,7 +74,7 @@ def triangles_of(facets: np.ndarray) -> tuple[np.ndarray, float]:
 def _at_corners(facets: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the sums (k, corners, i) over the triangles at each node of their values (k t, i)."""
     k, corners = facets.shape
-    of_facet = values.reshape(k, len(TRIANGLES[corners]), -1)
+    of_facet = values.reshape(k, len(TRIANGLES[corners]), values.shape[1])
     touches = np.array([[float(c in t) for t in TRIANGLES[corners]] for c in range(corners)])
     return np.einsum("ct,kti->kci", touches, of_facet)
 
