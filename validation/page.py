@@ -116,7 +116,10 @@ def summary(sections: Sequence[Section]) -> list[str]:
     if of_thesis:
         found = by_statement(sections)
         sentences.append(counted(len(found), "statements", statement_counts(found)))
-        sentences.append(counted(len(of_thesis), "sub-claims", counts(of_thesis)))
+        counting = _counting(of_thesis)
+        sentences.append(counted(len(counting), "sub-claims", counts(counting)))
+        if len(counting) < len(of_thesis):
+            sentences.append(f"{len(of_thesis) - len(counting)} more with other constants.")
     if others:
         sentences.append(counted(len(others), "predictions", counts(others)))
     return sentences
@@ -196,7 +199,7 @@ def content(
     rows, found = all_rows(sections), by_statement(sections)
     return {
         "statements": [
-            {**asdict(statement), "verdict": verdict_of(of), "sub_claims": counts(of)}
+            {**asdict(statement), "verdict": verdict_of(of), "sub_claims": counts(_counting(of))}
             for statement, of in found.items()
         ],
         "statement_counts": statement_counts(found),
@@ -268,7 +271,7 @@ def write_html(
 def _statements(sections: Sequence[Section]) -> str:
     """Return the table of statements; each unfolds to its sub-claims."""
     found = by_statement(sections)
-    headings = ("statement", "thesis", *MODELS, "verdict")
+    headings = ("statement", "thesis (tolerance)", *MODELS, "verdict")
     parts = [
         f"<p>{escape(RULE)} Click on a statement to see its sub-claims.</p>",
         f'<div class="statement head">{"".join(f"<div>{text}</div>" for text in headings)}</div>',

@@ -74,7 +74,7 @@ class Script:
     cases: all; none by default. quick: names of the cases of the quick subset; () for a script that
     needs no run, None for one that the subset leaves out.
     rows: verdicts, from the outcomes of all cases by name. Those that were not run or failed have
-    a `failure` and no numbers: claims that rest on them cannot be told.
+    a `failure` and no numbers: claims that rest on them are undecided.
     draw: one figure into a PNG file, of whatever is there.
     columns: of the digitised points, the measured quantity last; none by default, for a figure of
     the thesis without points to read off and for published data.

@@ -38,7 +38,7 @@ from validation.space import (
     vertical,
 )
 from validation.thesis import BEST_FREQUENCY, HIGHEST, HIGHESTS, PIPES, STATED
-from validation.verdicts import AGREES, TRIAL, VERDICTS, Finding, Row, row
+from validation.verdicts import AGREES, IN_SECTION, IN_SPACE, TRIAL, VERDICTS, Finding, Row, row
 
 NAME = "sleeve_hypotheses"
 C10, C20, C30 = STATED
@@ -93,9 +93,13 @@ def claims(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
 def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     """Yield every claim under every hypothesis but the first, whose rows other scripts have."""
     for robot in ROBOTS:
-        if robot.overrides:
-            for statement, claim, reference, found, behind in claims(outcomes, robot):
-                yield row(statement, f"{robot.name}: {claim}", reference, found, behind)
+        if not robot.overrides:
+            continue
+        model = TRIAL
+        if robot.overrides == STATED_SLEEVE:  # the thesis's own constants
+            model = IN_SPACE if robot.name.endswith(SPACE.name) else IN_SECTION
+        for statement, claim, reference, found, behind in claims(outcomes, robot):
+            yield row(statement, f"{robot.name}: {claim}", reference, found, behind, model=model)
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:

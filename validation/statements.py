@@ -11,9 +11,10 @@ from functools import partial
 class Statement:
     """Statement of the thesis.
 
-    group: question of a reader that it belongs to; text: one plain sentence, unique; value: what
-    the thesis gives; where: section, figure or table; fitted: True if a constant of the scenes, the
-    stiffness of the sleeve, was chosen so that this statement comes out.
+    group: question of a reader that it belongs to; text: one plain sentence, unique; value: number
+    of the thesis and tolerance of the comparison; where: section, figure or table; fitted: True if
+    a constant of the scenes, the stiffness of the sleeve, was chosen so that this statement comes
+    out.
     """
 
     group: str
@@ -27,15 +28,17 @@ _inflation = partial(Statement, "Inflation of the skin")
 SIZE = _inflation(
     "At its working pressure the robot is 1.5 times as wide as at rest, in free air.",
     "1.5 OD_S at 20 to 26 kPa",
-    "4.2.3, Fig 4.9",
+    "4.2.3, 4.2.4, Fig 4.9",
     fitted=True,
 )
 GROWTH = _inflation("The skin can grow to 2.5 times OD_S.", "2.5 OD_S", "4.2.3")
 WHITENING = _inflation("White regions appear on the stretched skin.", "at 30 kPa", "4.2.3")
 SLEEVE = _inflation(
-    "Dragon Skin 10 lets the robot fill a pipe; Dragon Skin 20 and 30 hinder it.",
-    "36 mm at 23 kPa",
+    "A harder silicone hinders the inflation of the skin; Shore 10A (Dragon Skin 10) is the most "
+    "suitable.",
+    "10A, of 00-10 to 30A",
     "3.2.2.2",
+    fitted=True,
 )
 
 _contact = partial(Statement, "Contact and pull in a pipe")
@@ -78,7 +81,7 @@ STOP = _mode3(
 TOUCH = _mode3(
     "At P_M3^S the spikes barely touch the wall.",
     "9, 11 to 12, 12.5 to 13 kPa (30, 36, 41 mm)",
-    "6.4, Table 6.2",
+    "6.4, Fig 6.6, Table 6.2",
     fitted=True,
 )
 FREQUENCY = _mode3(
@@ -117,7 +120,7 @@ HOLDS = _vertical(
     "9, 12, 13 kPa (30, 36, 41 mm)",
     "6.4, Fig 6.6 G to I",
 )
-STEEPER = _vertical("It is slower the steeper the pipe.", "0, 45, 90 deg", "6.4, Fig 6.7")
+STEEPER = _vertical("It is slower the steeper the pipe.", "", "Fig 6.7 (figure only)")
 WIDER = _vertical("It is slower in larger pipes.", "30, 36, 41 mm", "6.4, 6.6, Fig 6.7")
 
 _mode1 = partial(Statement, "Vibration only (Mode 1)")
@@ -129,7 +132,7 @@ MODE1_FORWARD = _mode1(
 MODE1_WIDE = _mode1(
     "Vibration alone does not climb in pipes wider than the robot.", "no motion", "4.2.1.1"
 )
-MODE1_BEST = _mode1("It is fastest at 64 Hz.", "64 Hz", "4.2.2, Fig 4.8")
+MODE1_BEST = _mode1("It is fastest at 64 Hz.", "64 Hz", "6.3.1, Fig 4.8")
 MODE1_SLOW = _mode1("It is slow at 192 Hz.", "below 5 mm/s", "6.3.1, Fig 4.8")
 
 _mode2 = partial(Statement, "Pressure only (Mode 2)")
@@ -139,9 +142,13 @@ MODE2_STEP = _mode2(
     "4.2.1.2, Fig 4.6 C",
 )
 MODE2_SPEED = _mode2(
-    "Its speed is far below that of Mode 3.", "0.5 mm/s within a factor of 2", "4.2.1.2"
+    "Its speed is about 0.5 mm/s, far below that of Mode 3.", "within a factor of 2", "4.2.1.2"
 )
-MODE2_RATE = _mode2("Slower deflation gives a smaller step.", "", "4.2.1.2")
+MODE2_RATE = _mode2(
+    "A net step needs a deflation of 10 to 15 kPa/s; a slower one gives a smaller step.",
+    "",
+    "4.2.1.2",
+)
 
 _layouts = partial(Statement, "Bends, transitions and branches")
 BENDS = _layouts(
@@ -167,7 +174,7 @@ BRANCH_UP = _layouts("It cannot pass a T branch in a vertical plane.", "not pass
 _reach = partial(Statement, "Reach with a tether")
 REACH_UP = _reach(
     "How far it climbs is limited by the mass of the tether.",
-    "6.5, 6.5, 3.5 m (30, 36, 41 mm)",
+    "derived: 6.5, 6.5, 3.5 m (30, 36, 41 mm)",
     "6.5, Fig 6.8",
 )
 REACH_LEVEL = _reach(
@@ -190,14 +197,14 @@ RECOGNITION = _sensing(
 
 _spikes = partial(Statement, "Spikes, prototypes and motor")
 PATTERN = _spikes(
-    "The stiffness of a pattern of spikes is linear in their number.",
+    "The force of a pattern of spikes is linear in the depth and in their number.",
     "3 x 5, 5 x 5, 7 x 5",
     "6.2, Fig 6.4",
 )
 SPIKE_STIFFNESS = _spikes(
     "A spike is as stiff as Leafbot's limb would be of the same silicone, with half as much "
     "horizontal as vertical force.",
-    "94 N/m within 25 %; 0.4 to 0.6",
+    "derived: 94 N/m within 25 %; 0.4 to 0.6",
     "Eq 5.22, Table B.1",
 )
 MOTOR_FORCE = _spikes(
@@ -209,7 +216,7 @@ PROTOTYPES = _spikes(
     "The robot with 10 x 3 spikes does not move, that with 14 x 5 moves, that with 18 x 5 on a "
     "wider body moves slowly.",
     "",
-    "Table 3.2",
+    "3.2.2.2, Table 3.2",
 )
 HARDER_SPIKES = _spikes(
     "Harder spikes on the same skin do not hinder inflation and travel farther.",
@@ -217,16 +224,17 @@ HARDER_SPIKES = _spikes(
     "7.2.1",
 )
 MOTOR = _spikes(
-    "Voltages, currents and frequencies of the motor are measured values of one motor.",
+    "Voltage, current and frequency of the motor follow the law of a direct current motor (our "
+    "check of the data).",
     "3 to 5 V, 120 to 191 Hz",
-    "Table 4.1",
+    "Table 4.1, 5.1",
 )
 
 _leafbot = partial(Statement, "Leafbot")
 LIMB = _leafbot(
     "A limb has a vertical stiffness, and half as much horizontal as vertical force.",
     "250 N/m within 10 %; 0.4 to 0.6",
-    "5.1",
+    "Eq 5.22, Table B.1",
 )
 SPEED = _leafbot(
     "With five rows the speed grows with the frequency and settles after about 1 s.",
@@ -234,10 +242,10 @@ SPEED = _leafbot(
     "5.2",
 )
 NODES = _leafbot(
-    "All nodes jump at the motor's frequency; the head moves little, and comes to rest between "
-    "steps.",
+    "All nodes jump at the motor's frequency; the head moves little, and comes to rest on the "
+    "ground between steps.",
     "head below 2 mm",
-    "5.2",
+    "5.2, 3.2.1.2",
 )
 LIMB_ROWS = _leafbot(
     "At 3 V three rows are faster than five, and five than nine; three rows are slower at 186 "
@@ -261,7 +269,7 @@ OBSTACLES = _leafbot(
 )
 FIELDS_OF_STEPS = _leafbot(
     "Three rows fail on fields of steps, five and nine pass; on the rougher field nine are faster "
-    "and steadier than five.",
+    "and steadier than five, on the smoother one both are equally fast.",
     "fraction of passes within 0.3",
     "5.3, Fig 5.15",
 )
@@ -280,7 +288,8 @@ TURNING = _leafbot(
 _own = partial(Statement, "Checks of the simulation itself (not in the thesis)", where="")
 MEMBRANE = _own("The inflated skin equals the closed form of a membrane.", "within 5 %")
 CONVERGENCE = _own(
-    "Results do not depend on mesh, mass scaling, time step and contact stiffness.", "within 5 %"
+    "Results do not depend on mesh, mass scaling, time step and contact stiffness.",
+    "within 5 %, patches of spikes 10 %",
 )
 
 STATEMENTS = tuple(value for value in globals().values() if isinstance(value, Statement))

@@ -1,7 +1,7 @@
 """Verdicts on claims, and on the statements of the thesis that the claims belong to.
 
 A judge takes numbers and says AGREES or DISAGREES; a number that is not there (NaN, as of a run
-that failed, or a curve that does not reach) makes it UNKNOWN: that cannot be told.
+that failed, or a curve that does not reach) makes it UNKNOWN.
 """
 
 import math
@@ -15,7 +15,7 @@ import numpy as np
 from validation.cases import Outcome
 from validation.statements import Statement
 
-AGREES, DISAGREES, UNKNOWN = "agrees", "disagrees", "cannot be told"
+AGREES, DISAGREES, UNKNOWN = "agrees", "disagrees", "undecided"
 VERDICTS = (AGREES, DISAGREES, UNKNOWN)
 IN_PART, UNEXAMINED = "agrees in part", "not examined"
 VERDICTS_OF_STATEMENTS = (AGREES, IN_PART, DISAGREES, UNKNOWN, UNEXAMINED)
@@ -28,7 +28,7 @@ TRIAL = "other constants"
 RULE = (
     "A statement agrees if at least half of its sub-claims could be decided and all of these "
     "agree; it agrees in part if some agree and some disagree, disagrees if some disagree and none "
-    "agrees, and cannot be told otherwise. Sub-claims with other constants than those of the "
+    "agrees, and is undecided otherwise. Sub-claims with other constants than those of the "
     "scenes or the thesis are listed but do not count."
 )
 MISSING = "not found"

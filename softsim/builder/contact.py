@@ -207,8 +207,10 @@ def adhering_facets(
 
 
 def refuse_unresolved_range(names: Names, wall: Wall, adhesion: Adhesion, k_n: np.ndarray) -> None:
-    """Raise SceneError if the range of adhesion is shorter than the depth F / k_n (k,) [N/m] at
-    some node, or longer than the gaps that are exact.
+    """Raise SceneError if the range of adhesion is shorter than the depth F / k_n at some node, or
+    longer than the gaps that are exact.
+
+    k_n: penalty stiffness (k,) [N/m].
     """
     adheres = adhesion.attraction > 0.0
     reach, depth = adhesion.reach[adheres], (adhesion.attraction / k_n[:, None])[adheres]

@@ -199,7 +199,10 @@ class NodalAdhesion:
 
     @ti.func
     def friction_limit(self, s, i, w, N, mu):
-        """Return the largest friction [N] of node i in contact with surface w; N: as above."""
+        """Return the largest friction [N] of node i in contact with surface w.
+
+        N: normal force [N], which balances the attraction.
+        """
         return mu * ti.max(N - self.sheared[s, i, w], 0.0) + self.shear[s, i, w]
 
     @ti.func

@@ -110,6 +110,10 @@ def _contact(loaded: LoadedScene) -> Iterator[Row]:
     if not pairs:
         return
     law = [f"mu {_value(loaded, 'contact', 'friction_coefficient')}"]
+    for name, spec in contact.adhesion.items():
+        if spec.shear_strength is not None:
+            strength = _value(loaded, "contact", "adhesion", name, "shear_strength")
+            law.append(f"shear strength of '{name}' {strength}")
     if contact.friction_memory == 0.0:
         law.append(f"Coulomb's law, memory {_value(loaded, 'contact', 'friction_memory')}")
     else:

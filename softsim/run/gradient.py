@@ -255,7 +255,7 @@ class Elsewhere:
                 "the equilibrium depends on the path of the loads, as with friction: without it "
                 f"the unbalanced force is {share:.2g} of the internal forces",
                 hint="derivatives need a state that follows from the loads alone: set "
-                "contact.friction_coefficient: 0",
+                "contact.friction_coefficient: 0, and no shear_strength",
             )
 
     def _evaluated(self, model: Model) -> Evaluation:

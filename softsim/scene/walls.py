@@ -353,8 +353,8 @@ class AdhesionSpec(Spec):
     )
     shear_strength: PositivePressure | None = Field(
         default=None,
-        description="Friction per adhering area, which is added to that of the load. Default: "
-        "the friction coefficient times the attraction.",
+        description="Largest friction stress of the adhering area, in addition to the friction "
+        "coefficient times the load. Default: the friction coefficient times the pull-off stress.",
     )
     surfaces: tuple[Text, ...] = Field(
         default=(),

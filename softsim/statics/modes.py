@@ -524,11 +524,16 @@ def at_equilibrium(body: Body, x: np.ndarray) -> Body:
 
 
 def friction_limits(forces: StaticForces) -> list[Any]:
-    """Return the fields to which the limits of friction are proportional."""
+    """Return the fields in which the limits of friction are linear: all zero, nothing sticks."""
     terms = forces.solver.terms
     contacts = [*terms.contacts, *terms.self_contacts]
     sliding = [load for load in terms.loads if isinstance(load, TetherTerm | EndDragTerm)]
-    return [c.friction_coefficient for c in contacts] + [load.longest for load in sliding]
+    adhering = [c.adhesion for c in contacts if isinstance(c, SurfaceContact)]
+    return [
+        *(c.friction_coefficient for c in contacts),
+        *(adhesion.shear for adhesions in adhering for adhesion in adhesions),
+        *(load.longest for load in sliding),
+    ]
 
 
 def contact_state(forces: StaticForces, friction: Friction) -> ContactState:

@@ -24,6 +24,7 @@ import pytest
 from rich.console import Console
 
 from softsim.compute import fields
+from softsim.contact.forces import Adhesion, CohesiveLaw
 from softsim.output.history import read_history
 
 RADIUS, ENERGY = 10e-3, 0.5
@@ -317,6 +318,30 @@ def test_the_shear_strength_of_an_adhering_area(history, record_verification):
     force = found["wall_force_x"][found["time"] > 40e-3].mean()
     exact = 0.5 * 1080.0 * 9.81 * 8e-3 * 4e-3 * 10e-3 + 80.0 * 8e-3 * 10e-3
     record_verification("friction on a belt with a shear strength [N]", exact, force)
+    assert force == pytest.approx(exact, rel=0.02)
+    assert found["energy_error"][-1] < 1e-3
+
+
+def test_a_node_with_and_without_a_shear_strength():
+    """Coulomb's friction acts on the load without the attraction of the law with a strength."""
+    laws = [CohesiveLaw(0.05, 2e3, None, 500.0), CohesiveLaw(0.05, 4e3, None)]
+    areas = np.array([[[3e-6]], [[1e-6]]])
+    adhesion = Adhesion.of_areas(laws, areas, np.array([1e3]), 1e5)
+    assert adhesion.attraction == pytest.approx(2e3 * 3e-6 + 4e3 * 1e-6)
+    assert adhesion.shear == pytest.approx(500.0 * 3e-6)
+    assert adhesion.sheared == pytest.approx(2e3 * 3e-6)
+
+
+def test_a_hanging_block_is_held_by_its_shear_strength(history, record_verification):
+    """Pulled sideways without Coulomb's friction, with less than its attraction on the ceiling."""
+    found = history(
+        BLOCK + ON_A_BELT,
+        "contact.friction_coefficient=0",
+        "contact.adhesion.glue.shear_strength=60 Pa",
+    )
+    force = found["wall_force_x"][found["time"] > 40e-3].mean()
+    exact = 60.0 * 8e-3 * 10e-3
+    record_verification("friction of a hanging block, shear strength [N]", exact, force)
     assert force == pytest.approx(exact, rel=0.02)
     assert found["energy_error"][-1] < 1e-3
 
