@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import erf
 
-from softsim.errors import SimulationError
+from softsim.errors import ModesError, SimulationError
 
 C = (36e3, 5e3, 1e3)
 R, M, BETA = 1.6, 2e3, 0.4
@@ -247,3 +247,16 @@ def test_the_peaks_of_each_region(build, start):
     W = energy_of([1.2, 1.0, 1.0])
     expected = eta(W, np.maximum(W, 1e3 * numbers[: counts[0]]))
     np.testing.assert_allclose((stress / virgin)[: counts[0]], expected, rtol=1e-9)
+
+
+def test_modes(build, fresh_taichi):
+    """Modes about an equilibrium are refused; those at rest are those of the new material."""
+    from softsim.solver.natural_modes import natural_modes
+    from softsim.statics.modes import refuse_softening
+
+    softening = TWO_BLOCKS.replace(MULLINS, SCALE_FREE)
+    models = [build(softening), build(softening.replace(f", {SCALE_FREE}", ""))]
+    with pytest.raises(ModesError, match="material 'soft' softens"):
+        refuse_softening(models[0])
+    at_rest = [natural_modes(m, m.bodies[0], 3).modes[0].frequency for m in models]
+    assert at_rest[0] == pytest.approx(at_rest[1], rel=1e-12)
