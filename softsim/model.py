@@ -13,7 +13,7 @@ import numpy as np
 from softsim.compute import backend
 from softsim.compute.mass_scaling import MassScaling
 from softsim.compute.term import PerScenario, equal_but_per_scenario
-from softsim.contact.forces import Adhesion
+from softsim.contact.forces import Adhesion, PairLaws
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.simple_walls import Cylinder, Sphere
 from softsim.contact.surface_contact import ContactData
@@ -102,7 +102,7 @@ class SelfContactData:
     facet_stiffness: contact stiffness per area (f,) [Pa/m]. tangential_ratio: k_t / k_n;
     tangential_damping_fraction: c_t / c_n. point_group (k + f,): number of the group of each point;
     may_touch (groups, groups): True for groups in contact with each other, friction_coefficient
-    (groups, groups) between them.
+    (groups, groups) between them; adhesion: its laws, None where nothing adheres.
     """
 
     nodes: np.ndarray
@@ -119,6 +119,7 @@ class SelfContactData:
     point_group: np.ndarray
     may_touch: np.ndarray
     friction_coefficient: PerScenario[np.ndarray]
+    adhesion: PairLaws | None = None
 
     @property
     def facet_size(self) -> np.ndarray:

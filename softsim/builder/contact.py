@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from softsim.builder.names import Names, close_names, in_mm
-from softsim.contact.forces import Adhesion, CohesiveLaw
+from softsim.contact.forces import Adhesion, CohesiveLaw, PairLaws
 from softsim.contact.surface_contact import ContactData
 from softsim.contact.wall import Wall
 from softsim.elements.geometry import nodal_sums
@@ -36,6 +36,10 @@ from softsim.structures.ties import Ties
 
 # A node may start this far inside a wall: rounding of a shape that just fits.
 ALLOWED_PENETRATION = 1e-9
+
+SHORTER_THAN_DEPTH = (
+    "the range of the adhesion is shorter than the depth F / k_n of the penalty contact"
+)
 
 
 @dataclass(frozen=True)
@@ -134,20 +138,15 @@ def adhesions(
     the wall. Raises SceneError for names that do not exist, for entries without effect, and for
     ranges that the penalty contact or the wall does not resolve.
     """
-    specs = names.scene.contact.adhesion
+    every = names.scene.contact.adhesion
+    specs = {name: spec for name, spec in every.items() if spec.between is None}
     if not specs:
         return (None,) * len(walls)
     for name, spec in specs.items():
         refuse_missing_walls(names, ("contact", "adhesion", name), spec)
-    facets, corner_areas, is_named = adhering_facets(names, bodies, points)
-    adhering = np.unique(facets[is_named.any(axis=0)])
-    of_bodies = [b for b in bodies if np.isin(adhering, np.arange(len(points))[b.nodes]).any()]
-    materials = [region.material for body in of_bodies for region in body.regions]
-    softest = min(reduced_modulus(m.law.initial_shear_modulus, m.bulk_modulus) for m in materials)
-    laws = [
-        CohesiveLaw(s.work_of_adhesion, s.pull_off_stress, s.range, s.shear_strength)
-        for s in specs.values()
-    ]
+    facets, corner_areas, is_named = adhering_facets(names, specs, bodies, points)
+    softest = least_modulus(bodies, facets[is_named.any(axis=0)])
+    laws = [cohesive_law(spec) for spec in specs.values()]
 
     def areas_at(surface: str) -> np.ndarray:
         """Return the area (entries, k) [m^2] of each node by the entry that counts at a surface."""
@@ -177,11 +176,21 @@ def refuse_missing_walls(names: Names, keys: Keys, spec: AdhesionSpec) -> None:
         names.require_wall(name, (*keys, "walls", k))
 
 
+def least_modulus(bodies: Sequence[Body], facets: np.ndarray) -> float:
+    """Return the smallest E* [Pa] of slow loads of the bodies of these facets, infinite of rigid
+    ones.
+    """
+    of_bodies = [b for b in bodies if ((facets >= b.nodes.start) & (facets < b.nodes.stop)).any()]
+    materials = [region.material for body in of_bodies for region in body.regions]
+    moduli = (reduced_modulus(m.law.initial_shear_modulus, m.bulk_modulus) for m in materials)
+    return min(moduli, default=np.inf)
+
+
 def adhering_facets(
-    names: Names, bodies: Sequence[Body], points: np.ndarray
+    names: Names, specs: Mapping[str, AdhesionSpec], bodies: Sequence[Body], points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the facets (f, d) that contact.adhesion names, the areas (f, d) [m^2] of their
-    corners, and which entry names which facet (entries, f).
+    """Return the facets (f, d) that entries of contact.adhesion name, the areas (f, d) [m^2] of
+    their corners, and which entry names which facet (entries, f).
 
     Raises SceneError if an entry names no facet with an area.
     """
@@ -190,7 +199,7 @@ def adhering_facets(
             named_facets(names, surface, ("contact", "adhesion", name, "surfaces", k))
             for k, surface in enumerate(spec.surfaces or tuple(names.bodies))
         ]
-        for name, spec in names.scene.contact.adhesion.items()
+        for name, spec in specs.items()
     }
     surfaces = surfaces_of(names, bodies, points, [f for entry in named.values() for f in entry])
     facets, corner_areas, _ = (np.concatenate(parts) for parts in zip(*surfaces, strict=True))
@@ -215,12 +224,9 @@ def refuse_unresolved_range(names: Names, wall: Wall, adhesion: Adhesion, k_n: n
     adheres = adhesion.attraction > 0.0
     reach, depth = adhesion.reach[adheres], (adhesion.attraction / k_n[:, None])[adheres]
     if (reach < depth).any():
-        excess = np.sqrt(np.max(2.0 * depth / (reach + depth)))
+        worst = int(np.argmax(depth / reach))
         raise names.loaded.error(
-            ("contact", "adhesion"),
-            "the range of the adhesion is shorter than the depth F / k_n of the penalty contact",
-            f"lower pull_off_stress by a factor of {excess:.3g} or more, set a longer range, "
-            "or raise contact.penalty_stiffness",
+            ("contact", "adhesion"), SHORTER_THAN_DEPTH, longer_range(reach[worst], depth[worst])
         )
     if reach.max(initial=0.0) > wall.band():
         raise names.loaded.error(
@@ -236,6 +242,10 @@ def refuse_unresolved_range(names: Names, wall: Wall, adhesion: Adhesion, k_n: n
 
 # Compression at which bodies go contact.allowed_penetration into each other.
 REFERENCE_STRAIN = 0.1
+# Name of the surfaces of contact.self_contact, together.
+SELF = ""
+# Longest range of adhesion between bodies over the smallest facet.
+LONGEST_RANGE = 0.5
 
 
 def self_contact(
@@ -277,7 +287,9 @@ def self_contact(
         """Return the values (k + f,) of all points: of a vertex the sum over its facets' (f, d)."""
         return np.concatenate([nodal_sums(facets, at_vertices, len(points))[nodes], at_centroids])
 
-    point_group, friction = contact_groups(settings, by_name, nodes, facets)
+    point_group, is_in = point_groups(contact_surfaces(settings, by_name), nodes, facets)
+    friction = friction_between(settings, is_in)
+    softest, least = float(per_area.min()), float(longest.min())
     data = SelfContactData(
         nodes=nodes,
         facets=facets,
@@ -295,6 +307,7 @@ def self_contact(
         point_group=point_group,
         may_touch=friction >= 0.0,
         friction_coefficient=friction,
+        adhesion=pair_laws(names, bodies, by_name, is_in, friction >= 0.0, softest, least),
     )
     is_rigid = np.isin(nodes, facets[np.isinf(moduli)])
     return replace(data, damping_time=damping_times(settings.damping_ratio, data, mass, is_rigid))
@@ -450,7 +463,10 @@ def simpson_areas(corner_areas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def named_surfaces(names: Names) -> dict[str, np.ndarray]:
-    """Return the facets (f, corners) that contact.self_contact and contact.pairs name, by name."""
+    """Return the facets (f, corners) of the surfaces of contact between bodies, by name.
+
+    They are those that contact.self_contact, contact.pairs, and entries of contact.adhesion name.
+    """
     settings = names.scene.contact
     found: dict[str, np.ndarray] = {}
     for k, reference in enumerate(settings.self_contact):
@@ -459,35 +475,138 @@ def named_surfaces(names: Names) -> dict[str, np.ndarray]:
         for side, reference in enumerate(pair.between):
             keys = ("contact", "pairs", k, "between", side)
             found[reference] = named_facets(names, reference, keys)
+    for name, spec in between_bodies(settings).items():
+        for side, reference in enumerate(spec.between or ()):
+            at_entry = ("contact", "adhesion", name, "between", side)
+            found[reference] = named_facets(names, reference, at_entry)
     return found
 
 
-def contact_groups(
-    settings: Contact, by_name: Mapping[str, np.ndarray], nodes: np.ndarray, facets: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the group (k + f,) of each vertex (k,) and facet (f, d), and the friction coefficient
-    (groups, groups) between any two groups, -1 where they do not touch.
+def contact_surfaces(
+    settings: Contact, by_name: Mapping[str, np.ndarray]
+) -> dict[str, list[np.ndarray]]:
+    """Return the facets of contact.self_contact under the name SELF, and of each other surface."""
+    adhering = [spec.between or () for spec in between_bodies(settings).values()]
+    of_pairs = [name for pair in [*(p.between for p in settings.pairs), *adhering] for name in pair]
+    itself = [by_name[name] for name in settings.self_contact]
+    return {SELF: itself, **{name: [by_name[name]] for name in of_pairs}}
 
-    Facets that are in self_contact or not, and in the same surfaces of pairs, make a group. A
-    vertex is in all surfaces of the facets around it. The last of several pairs counts.
+
+def point_groups(
+    surfaces: Mapping[str, Sequence[np.ndarray]], nodes: np.ndarray, facets: np.ndarray
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return the group (k + f,) of each vertex (k,) and facet (f, d), and for each surface which
+    groups are in it (groups,).
+
+    Facets that are in the same surfaces make a group. A vertex is in all surfaces of the facets
+    around it.
+    """
+    columns = []
+    for parts in surfaces.values():
+        of_facets = are_among(facets, parts)
+        columns.append(np.concatenate([np.isin(nodes, facets[of_facets]), of_facets]))
+    groups, number = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
+    return number.reshape(-1), dict(zip(surfaces, groups.T, strict=True))
+
+
+def friction_between(settings: Contact, is_in: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the friction coefficient (groups, groups) between any two groups, -1 where they do not
+    touch. The last of several pairs counts.
     """
     usual = settings.self_friction_coefficient
     usual = settings.friction_coefficient if usual is None else usual
-
-    def members(names: Iterable[str]) -> np.ndarray:
-        """Return the points (k + f,) of the surfaces of these names."""
-        of_facets = are_among(facets, [by_name[name] for name in names])
-        return np.concatenate([np.isin(nodes, facets[of_facets]), of_facets])
-
-    paired = list(dict.fromkeys(name for pair in settings.pairs for name in pair.between))
-    columns = [members(settings.self_contact), *(members([name]) for name in paired)]
-    groups, number = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
-    friction = np.where(np.outer(groups[:, 0], groups[:, 0]), usual, -1.0)
+    friction = np.where(either_way(is_in, (SELF, SELF)), usual, -1.0)
     for pair in settings.pairs:
-        one, other = (groups[:, 1 + paired.index(name)] for name in pair.between)
         given = pair.friction_coefficient
-        friction[np.outer(one, other) | np.outer(other, one)] = usual if given is None else given
-    return number.reshape(-1), friction
+        friction[either_way(is_in, pair.between)] = usual if given is None else given
+    return friction
+
+
+def either_way(is_in: Mapping[str, np.ndarray], between: tuple[str, str]) -> np.ndarray:
+    """Return True (groups, groups) for groups of which each is in another one of two surfaces."""
+    one, other = (is_in[name] for name in between)
+    both: np.ndarray = np.outer(one, other) | np.outer(other, one)
+    return both
+
+
+def between_bodies(settings: Contact) -> dict[str, AdhesionSpec]:
+    """Return the entries of contact.adhesion between two surfaces of bodies."""
+    return {name: spec for name, spec in settings.adhesion.items() if spec.between is not None}
+
+
+def pair_laws(
+    names: Names,
+    bodies: Sequence[Body],
+    by_name: Mapping[str, np.ndarray],
+    is_in: Mapping[str, np.ndarray],
+    may_touch: np.ndarray,
+    softest: float,
+    least: float,
+) -> PairLaws | None:
+    """Return the adhesion between groups, or None where nothing adheres. The last of several
+    entries counts.
+
+    softest: smallest contact stiffness per area [Pa/m]. least: length of the smallest facet [m].
+    Raises SceneError for surfaces that do not touch each other, and ranges that are not resolved.
+    """
+    specs = between_bodies(names.scene.contact)
+    if not specs:
+        return None
+    work, stress, length = np.zeros((3, *may_touch.shape))
+    strength, zone = np.full(may_touch.shape, -1.0), np.inf
+    for name, spec in specs.items():
+        assert spec.between is not None
+        keys: Keys = ("contact", "adhesion", name)
+        own = either_way(is_in, spec.between) & may_touch
+        if not own.any():
+            raise names.loaded.error(
+                (*keys, "between"),
+                "these surfaces are not in contact with each other",
+                f"add {{between: [{', '.join(spec.between)}]}} to contact.pairs",
+            )
+        law = cohesive_law(spec)
+        found = float(law.stress(np.array(1.0 / softest)))
+        refuse_unresolved_pair(names, keys, law, found, softest, least)
+        work[own], stress[own] = law.work, law.pull_off_stress or 0.0
+        length[own] = law.range or 0.0
+        strength[own] = -1.0 if law.shear_strength is None else law.shear_strength
+        compliance = sum(1.0 / least_modulus(bodies, by_name[side]) for side in spec.between)
+        zone = min(zone, law.work / compliance / found**2)
+    return PairLaws(work, stress, length, strength, zone)
+
+
+def cohesive_law(spec: AdhesionSpec) -> CohesiveLaw:
+    """Return the law of an entry of contact.adhesion."""
+    return CohesiveLaw(spec.work_of_adhesion, spec.pull_off_stress, spec.range, spec.shear_strength)
+
+
+def refuse_unresolved_pair(
+    names: Names, keys: Keys, law: CohesiveLaw, stress: float, softest: float, least: float
+) -> None:
+    """Raise SceneError if the range of a law is shorter than the depth of the penalty contact, or
+    longer than the distance in which facets are found.
+
+    stress: s [Pa]; the others as in `pair_laws`.
+    """
+    depth = stress / softest
+    reach = 2.0 * law.work / stress - depth
+    if reach < depth:
+        raise names.loaded.error(keys, SHORTER_THAN_DEPTH, longer_range(reach, depth))
+    if reach > LONGEST_RANGE * least:
+        raise names.loaded.error(
+            keys,
+            f"its range is {1e3 * reach:.3g} mm, and the smallest facet is {1e3 * least:.3g} mm: "
+            f"bodies attract each other over at most {LONGEST_RANGE:g} of a facet",
+            "raise pull_off_stress or set a shorter range, or use larger elements",
+        )
+
+
+def longer_range(reach: float, depth: float) -> str:
+    """Return what to change where the range is shorter than the depth [m]."""
+    return (
+        f"lower pull_off_stress by a factor of {np.sqrt(2.0 * depth / (reach + depth)):.3g} or "
+        "more, set a longer range, or raise the stiffness of the contact"
+    )
 
 
 def named_facets(names: Names, reference: str, keys: Keys) -> np.ndarray:

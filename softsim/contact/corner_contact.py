@@ -63,6 +63,7 @@ class CornerSurface(DeformableSurface):
             nothing,
             nothing,
             nothing,
+            nothing,
             np.ones((1, 1)),
         )
         self.frame = frame

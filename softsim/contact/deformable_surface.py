@@ -216,7 +216,7 @@ class DeformableSurface:
         numbered as nodes.
     point_size, facet_size: size at rest (k + f,), (f,) [m].
     point_part, facet_part: number of the connected part of the bodies (k + f,), (f,).
-    facet_areas: at rest (f,) [m^2].
+    point_areas, facet_areas: at rest (k + f,), (f,) [m^2].
     facet_stiffness: contact stiffness per area (f,) [Pa/m].
     point_group: group of each point (k + f,). may_touch (groups, groups): True for groups in
         contact with each other.
@@ -231,6 +231,7 @@ class DeformableSurface:
         facet_size: np.ndarray,
         point_part: np.ndarray,
         facet_part: np.ndarray,
+        point_areas: np.ndarray,
         facet_areas: np.ndarray,
         facet_stiffness: np.ndarray,
         point_group: np.ndarray,
@@ -243,7 +244,8 @@ class DeformableSurface:
         self.watched_count = self.member_count
         self.point_size, self.facet_size = real_field(point_size), real_field(facet_size)
         self.point_part, self.facet_part = index_field(point_part), index_field(facet_part)
-        self.facet_area, self.facet_stiffness = real_field(facet_areas), real_field(facet_stiffness)
+        self.point_area, self.facet_area = real_field(point_areas), real_field(facet_areas)
+        self.facet_stiffness = real_field(facet_stiffness)
         self.point_group, self.may_touch = index_field(point_group), index_field(may_touch)
         self.member, self.corner = index_field(members), index_field(facets)
         # Facets around each node, in their order, and which of their corners it is.

@@ -79,7 +79,7 @@ def limit_with_memory(last, instant, age, memory, slip_length, speed, dt):
 
 
 # -------------------------------------------------------------------------------------------------
-# Adhesion of nodes to walls: a reversible cohesive law with linear softening.
+# Adhesion: a reversible cohesive law with linear softening.
 #
 # A wall attracts a node with the force P, whose potential U depends on the gap g alone:
 #
@@ -95,7 +95,8 @@ def limit_with_memory(last, instant, age, memory, slip_length, speed, dt):
 # stiffness, which only decides which part of the separation lies inside the wall, F / k_n, and
 # which outside, h. This is the model of Maugis (1992, J. Colloid Interface Sci. 150:243) with
 # linear softening instead of a constant stress. The energy that is lost between approach and
-# separation is that of the sudden jumps of an elastic body, not of the law.
+# separation is that of the sudden jumps of an elastic body, not of the law. Bodies adhere to each
+# other by the same law, of a point and the facet closest to it (contact/self_contact.py).
 #
 # Friction is limited to mu N, where N balances the attraction too. With a shear strength tau the
 # load and the adhering area contribute separately instead (Derjaguin 1934, Z. Phys. 88:661):
@@ -173,7 +174,12 @@ class Adhesion:
 
         It is a constant in the kernels of some walls, which nearly equal ranges reuse.
         """
-        return float(2.0 ** np.ceil(np.log2(self.reach[self.attraction > 0.0].max())))
+        return power_of_two_above(float(self.reach[self.attraction > 0.0].max()))
+
+
+def power_of_two_above(length: float) -> float:
+    """Return the smallest power of 2 that is not below a positive length."""
+    return float(2.0 ** np.ceil(np.log2(length)))
 
 
 class NodalAdhesion:
@@ -209,6 +215,95 @@ class NodalAdhesion:
     def _closeness(self, s, i, w, gap):
         """Return 1 - g / h, within 0 and 1."""
         return ti.min(ti.max(1.0 - gap / self.reach[s, i, w], 0.0), 1.0)
+
+    def strengths(self) -> list[ti.Field]:
+        """Return the fields in which the friction of the adhering area is linear."""
+        return [self.shear]
+
+
+@dataclass(frozen=True)
+class PairLaws:
+    """Adhesion between the groups of the surfaces of bodies.
+
+    work w [J/m^2], stress s [Pa], range h [m] and shear_strength tau [Pa], (groups, groups) each: w
+    is zero where nothing adheres, either s or h, tau is negative where friction is mu N. zone:
+    shortest cohesive zone E* w / s^2 [m].
+    """
+
+    work: PerScenario[np.ndarray]
+    stress: PerScenario[np.ndarray]
+    range: PerScenario[np.ndarray]
+    shear_strength: PerScenario[np.ndarray]
+    zone: PerScenario[float]
+
+    @property
+    def farthest(self) -> float:
+        """Upper bound [m] of the gap of attraction, a power of 2: a constant in kernels."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            of_stress = np.where(self.stress > 0.0, 2.0 * self.work / self.stress, 0.0)
+        return power_of_two_above(float(np.maximum(of_stress, self.range).max()))
+
+
+class PairAdhesion(NodalAdhesion):
+    """Adhesion of `count` points of surfaces to facets; one entry of `laws` a scenario.
+
+    Attraction and reach of a point are determined when it comes near a facet, and stay constant
+    until it is out of reach, as its stiffness does.
+    """
+
+    def __init__(self, laws: Sequence[PairLaws], count: int) -> None:
+        nothing = np.zeros((count, 1))
+        of_points = Adhesion(nothing, nothing + 1.0, nothing + np.inf, nothing, nothing)
+        super().__init__([of_points] * len(laws))
+        self.work = real_field(np.stack([each.work for each in laws]))
+        self.stress = real_field(np.stack([each.stress for each in laws]))
+        self.range = real_field(np.stack([each.range for each in laws]))
+        self.shear_strength = real_field(np.stack([each.shear_strength for each in laws]))
+
+    def state_fields(self) -> dict[str, ti.Field]:
+        """Return the fields that a checkpoint stores."""
+        return {
+            "attraction": self.attraction,
+            "reach": self.reach,
+            "shear": self.shear,
+            "sheared": self.sheared,
+        }
+
+    def strengths(self) -> list[ti.Field]:
+        """Return the fields in which the friction of the adhering area is linear."""
+        return [self.shear, self.shear_strength]
+
+    @ti.func
+    def adheres(self, s, one, other):
+        """Return True if a group adheres to another."""
+        return self.work[s, one, other] > 0.0
+
+    @ti.func
+    def meet(self, s, i, one, other, area, k_n):
+        """Determine the adhesion of point i of group `one` to a facet of group `other`.
+
+        area: A [m^2]. k_n: stiffness of the point [N/m].
+        """
+        F, reach, shear, sheared = ti.Vector([0.0, 1.0, 0.0, 0.0])
+        if area > 0.0 and k_n > 0.0:
+            work, half = self.work[s, one, other], 0.5 * self.range[s, one, other]
+            stress = self.stress[s, one, other]
+            if half > 0.0:
+                stress = 2.0 * work / (half + ti.sqrt(half * half + 2.0 * work * area / k_n))
+            F = stress * area
+            reach = 2.0 * work * area / F - F / k_n
+            if self.shear_strength[s, one, other] >= 0.0:
+                shear, sheared = self.shear_strength[s, one, other] * area, F
+        self.attraction[s, i, 0], self.reach[s, i, 0] = F, reach
+        self.shear[s, i, 0], self.sheared[s, i, 0] = shear, sheared
+
+    @ti.func
+    def reach_of(self, s, i):
+        """Return the gap [m] below which point i is attracted; zero if nothing attracts it."""
+        reach = self.reach[s, i, 0]
+        if self.attraction[s, i, 0] == 0.0:
+            reach = 0.0
+        return reach
 
 
 # -------------------------------------------------------------------------------------------------

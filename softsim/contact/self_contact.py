@@ -9,8 +9,12 @@ friction is a vector in space that moves with the facet: it grows with the veloc
 relative to the location on the facet, and rotates with the tangent plane.
 
 The stiffness of a point is determined when it meets a facet and stays constant until it leaves
-(`DeformableSurface.facing_fraction`), so its springs have a potential.
+(`DeformableSurface.facing_fraction`), so its springs have a potential. So has the attraction of
+surfaces that adhere: a point meets a facet when it comes within its reach. Beyond an end of the
+surface both fade out alike.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 import taichi as ti
@@ -29,7 +33,15 @@ from softsim.contact.deformable_surface import (
     is_farther,
     velocity_beside,
 )
-from softsim.contact.forces import BEFORE_START, Dissipation, normal_force, shear_force, slip
+from softsim.contact.forces import (
+    BEFORE_START,
+    Dissipation,
+    PairAdhesion,
+    PairLaws,
+    normal_force,
+    shear_force,
+    slip,
+)
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
 
 TURNING = 0.2
@@ -50,8 +62,10 @@ class SelfContact(Dissipation):
     penalty_stiffness: k_n (k,) [N/m]. tangential_stiffness: k_t (k,) [N/m].
     damping: c_n (k,) [N s/m]. tangential_damping: c_t (k,) [N s/m].
     friction_coefficient: mu (scenarios, groups, groups) [-].
+    adhesions: laws of adhesion in each scenario; none where nothing adheres.
 
-    Fields, (scenarios, k): facet that a point touches, or -1; gap [m], zero unless it touches;
+    Fields, (scenarios, k): facet that a point touches or that attracts it, or -1; gap [m], zero
+    without one;
     fraction of its stiffness that acts on that facet, and phi, that of it which is left beyond an
     end of the surface; stretch (d) of the friction's spring [m], friction (d) [N]; pressing, the
     normal force [N]; deepest, the largest penetration so far [m]; friction_dissipation and
@@ -68,6 +82,7 @@ class SelfContact(Dissipation):
         damping: np.ndarray,
         tangential_damping: np.ndarray,
         friction_coefficient: np.ndarray,
+        adhesions: Sequence[PairLaws] = (),
     ) -> None:
         nodes = surface.nodes
         scenarios, d = nodes.scenarios, nodes.dimension
@@ -79,6 +94,9 @@ class SelfContact(Dissipation):
         self.tangential_damping = real_field(tangential_damping)
         self.friction_coefficient = real_field(friction_coefficient)
         self.first_slot = nodes.corner_forces.reserve(members)
+        points = int(surface.point_count)
+        self.adhesion = [PairAdhesion(adhesions, points)] if adhesions else []  # none or one
+        self.farthest = max((laws.farthest for laws in adhesions), default=0.0)
 
         self.member_count = Number(len(members))
         shape = (scenarios, int(surface.point_count))
@@ -120,6 +138,11 @@ class SelfContact(Dissipation):
             "loaded": self.loaded,
             "friction_dissipation": self.friction_dissipation,
             "damping_dissipation": self.damping_dissipation,
+            **{
+                name: field
+                for adhesion in self.adhesion
+                for name, field in adhesion.state_fields().items()
+            },
         }
 
     def forget_dissipation(self, scenario: int) -> None:
@@ -154,23 +177,53 @@ class SelfContact(Dissipation):
         """Compute the contact force of point i with the closest facet that faces it."""
         x, outward = self.surface.place(s, i), self.surface.outward(s, i)
         f, w = self._closest_facet(s, i, x, outward)
-        gap = ti.cast(0.0, backend.real)
+        is_held = False
         rate = ti.cast(0.0, backend.real)  # dg/dt = n . (v - sum_c U_c v_c)
         if f >= 0:
             X, V = self.surface.corners(s, f), self.surface.corner_velocities(s, f)
             v = self.surface.velocity(s, i)
             gap, n, U, phi, fading = self._gap(s, i, X, f, w, x, outward)
             rate = n.dot(v - V.transpose() @ U)
-            if gap < 0.0:
-                if self.facet[s, i] < 0:
-                    self.fraction[s, i] = self.surface.facing_fraction(s, i, X, f)
+            if self.facet[s, i] < 0 and gap < self.farthest:
+                self._meet(s, i, X, f)
+            reach = ti.cast(0.0, backend.real)
+            for adhesion in ti.static(self.adhesion):
+                reach = adhesion.reach_of(s, i)
+            if gap < reach:
+                is_held = True
                 self.phi[s, i] = phi
                 self.pressed_at[s, f] = t
                 self._touch(s, i, f, X, V, U, x, v, gap, n, rate, t, dt)
                 if fading > 0.0:
                     self._slide_off(s, i, X, w, U, x, gap, n, fading)
-        if gap >= 0.0 and self.facet[s, i] >= 0:
+        if not is_held and self.facet[s, i] >= 0:
             self._lose_contact(s, i, rate, dt)
+
+    @ti.func
+    def _meet(self, s, i, X, f):
+        """Determine the stiffness of point i and its adhesion at facet f with its corners at X."""
+        self.fraction[s, i] = self.surface.facing_fraction(s, i, X, f)
+        for adhesion in ti.static(self.adhesion):
+            k_n = self.fraction[s, i] * self.penalty_stiffness[i]
+            one, other = self.surface.point_group[i], self.surface.facet_group(f)
+            adhesion.meet(s, i, one, other, self._adhering_area(s, i, X, f), k_n)
+
+    @ti.func
+    def _adhering_area(self, s, i, X, f):
+        """Return the area [m^2] with which point i adheres to facet f, in one of two half passes.
+
+        X: corners of f. It is the area of the point projected onto f.
+        """
+        normal, other = self.surface.shape.normal(X), self.surface.facet_group(f)
+        adhering, whole = ti.Vector([0.0, 0.0])
+        for adhesion in ti.static(self.adhesion):
+            for e in range(self.surface.first_own[i], self.surface.first_own[i + 1]):
+                g = self.surface.own_facet[e]
+                whole += self.surface.facet_area[g]
+                if adhesion.adheres(s, self.surface.facet_group(g), other):
+                    cosine = -normal.dot(self.surface.shape.normal(self.surface.corners(s, g)))
+                    adhering += self.surface.facet_area[g] * ti.max(0.0, cosine)
+        return 0.5 * self.surface.point_area[i] * adhering / whole
 
     @ti.func
     def _closest_facet(self, s, i, x, outward):
@@ -217,7 +270,7 @@ class SelfContact(Dissipation):
         and otherwise the path that turns the facet by that much.
         """
         area = self.surface.shape.area_vector(X)
-        path = apart.norm() - EXTENSION / DEPTH * self.lists.deepest[0]
+        path = apart.norm() - EXTENSION / DEPTH * self.lists.deepest[0] - self.farthest
         if apart.dot(area) < 0.0:
             path = TURNING * self.surface.facet_size[f]
             if area.dot(outward) < 0.0 or outward.norm_sqr() == 0.0:
@@ -253,7 +306,7 @@ class SelfContact(Dissipation):
                     phi = (1.0 - beyond) ** 3 * (1.0 + 3.0 * beyond + 6.0 * beyond**2)
                     fading = 30.0 * beyond * (1.0 - beyond) ** 2 / reach**2
                 else:
-                    gap = 0.0
+                    gap = ti.cast(self.farthest, backend.real)
         return gap, n, U, phi, fading
 
     @ti.func
@@ -303,7 +356,7 @@ class SelfContact(Dissipation):
         sliding = v - velocity_beside(V, gradients, facet_normal, W, z)
         sliding -= sliding.dot(n) * n
         inside = dt
-        if self.facet[s, i] < 0 and rate * dt < gap:
+        if gap < 0.0 and self.gap[s, i] >= 0.0 and rate * dt < gap:
             inside = gap / rate  # it crossed the surface within this increment
         k_t = self.fraction[s, i] * self.tangential_stiffness[i]
         damping_rate = self.fraction[s, i] * self.tangential_damping[i] / dt
@@ -311,10 +364,17 @@ class SelfContact(Dissipation):
         before = self.stretch[s, i] - across * n
         stretch = before + inside * sliding
         limit = self._friction_limit(s, i, f, N, sliding.norm(), t, dt)
+        attraction = ti.cast(0.0, backend.real)
+        for adhesion in ti.static(self.adhesion):
+            phi, mu = self.phi[s, i], self._coefficient(s, i, f)
+            attraction = phi * adhesion.force(s, i, 0, gap)
+            limit = phi * adhesion.friction_limit(s, i, 0, N / phi, mu)
+            if gap >= 0.0:
+                limit = 0.0
         slipped = slip(stretch, before, k_t, damping_rate, limit)
         stretch -= slipped
         friction = shear_force(stretch, before, k_t, damping_rate)
-        damping_force = N + k_n * gap
+        damping_force = N + k_n * ti.min(gap, 0.0)
         self.book_normal(s, i, self.dashpot[s, i], damping_force, dt * rate)
         self.book_tangential(
             s, i, self.friction[s, i], friction, before, stretch, k_t,
@@ -323,10 +383,11 @@ class SelfContact(Dissipation):
         self.friction_dissipation[s, i] = self.friction_dissipation[s, i] + (
             0.5 * k_t * across * across
         )
-        self.on_point[s, i] = N * n - friction
+        normal = (N - attraction) * n
+        self.on_point[s, i] = normal - friction
         rubbed = corner_forces(gradients, facet_normal, W, z, -friction)
         for c in ti.static(range(self.nodes.dimension)):
-            self.on_corner[s, i, c] = -U[c] * N * n - corner(rubbed, c)
+            self.on_corner[s, i, c] = -U[c] * normal - corner(rubbed, c)
         self.facet[s, i], self.gap[s, i], self.pressing[s, i] = f, gap, N
         self.dashpot[s, i] = damping_force
         self.stretch[s, i], self.friction[s, i] = stretch, friction
@@ -336,10 +397,10 @@ class SelfContact(Dissipation):
     def _slide_off(self, s, i, X, w, U, x, gap, n, fading):
         """Add the force of the fading contact at an end of the surface, which acts outwards.
 
-        It is -dE/ds along the path s beyond the end, E = k phi(s) gap^2 / 2.
+        It is -dE/ds along the path s beyond the end, E = phi(s) times the energy without the end.
         """
         beyond = x - X.transpose() @ w - gap * n
-        per_length = 0.5 * self.fraction[s, i] * self.penalty_stiffness[i] * gap * gap * fading
+        per_length = self._normal_energy(s, i, gap) * fading
         self.on_point[s, i] = self.on_point[s, i] + per_length * beyond
         for c in ti.static(range(self.nodes.dimension)):
             moment = (U[c] - w[c]) * gap * n
@@ -350,8 +411,22 @@ class SelfContact(Dissipation):
     @ti.func
     def _friction_limit(self, s, i, f, N, speed, t, dt):
         """Return the friction limit [N] of point i, pressed with N against facet f."""
+        return self._coefficient(s, i, f) * N
+
+    @ti.func
+    def _coefficient(self, s, i, f):
+        """Return the friction coefficient of point i on facet f."""
         one, other = self.surface.point_group[i], self.surface.facet_group(f)
-        return self.friction_coefficient[s, one, other] * N
+        return self.friction_coefficient[s, one, other]
+
+    @ti.func
+    def _normal_energy(self, s, i, gap):
+        """Return the energy [J] of the penalty spring and of adhesion of point i, without phi."""
+        depth = ti.min(gap, 0.0)
+        energy = 0.5 * self.fraction[s, i] * self.penalty_stiffness[i] * depth * depth
+        for adhesion in ti.static(self.adhesion):
+            energy += adhesion.energy(s, i, 0, gap)
+        return energy
 
     @ti.func
     def _lose_contact(self, s, i, rate, dt):
@@ -418,11 +493,11 @@ class SelfContact(Dissipation):
 
     @ti.func
     def stored_energy(self, s, part):
-        """Return the energy in the penalty springs, normal and tangential [J]."""
+        """Return the energy in the penalty springs, normal and tangential, and of adhesion [J]."""
         total = ti.cast(0.0, backend.real)
         for i in range(self.count.first(part), self.count.first(part + 1)):
-            k_n = self.phi[s, i] * self.penalty_stiffness[i]
-            springs = k_n * self.gap[s, i] * self.gap[s, i]
-            springs += self.tangential_stiffness[i] * self.stretch[s, i].norm_sqr()
-            total += 0.5 * self.fraction[s, i] * springs
+            if self.facet[s, i] >= 0:
+                k_t = self.fraction[s, i] * self.tangential_stiffness[i]
+                total += self.phi[s, i] * self._normal_energy(s, i, self.gap[s, i])
+                total += 0.5 * k_t * self.stretch[s, i].norm_sqr()
         return total

@@ -337,16 +337,16 @@ class ContactPair(Spec):
 
 
 class AdhesionSpec(Spec):
-    """Adhesion of surfaces to walls, by a cohesive law with linear softening.
+    """Adhesion of surfaces to walls or to each other, by a cohesive law with linear softening.
 
     Give either `pull_off_stress` or `range`.
     """
 
     work_of_adhesion: PositiveEnergyPerArea = Field(
-        description="Energy per area that separates a surface from a wall."
+        description="Energy per area that separates a surface from a wall, or two surfaces."
     )
     pull_off_stress: PositivePressure | None = Field(
-        default=None, description="Largest tensile stress between surface and wall."
+        default=None, description="Largest tensile stress between the two."
     )
     range: PositiveLength | None = Field(
         default=None, description="Gap at which the attraction vanishes."
@@ -363,6 +363,11 @@ class AdhesionSpec(Spec):
     walls: tuple[Name, ...] = Field(
         default=(), description="Walls to which they adhere. Default: all walls."
     )
+    between: tuple[Text, Text] | None = Field(
+        default=None,
+        description="Instead of `surfaces` and `walls`: two bodies or facet sets BODY.SET that "
+        "adhere to each other, of a pair in `pairs` or in `self_contact`.",
+    )
 
     @field_validator("range")
     @classmethod
@@ -370,6 +375,16 @@ class AdhesionSpec(Spec):
         """Require exactly one of pull-off stress and range."""
         if (value is None) == (info.data.get("pull_off_stress") is None):
             raise ValueError("give either pull_off_stress or range")
+        return value
+
+    @field_validator("between")
+    @classmethod
+    def no_walls(
+        cls, value: tuple[str, str] | None, info: ValidationInfo
+    ) -> tuple[str, str] | None:
+        """Refuse walls and their surfaces beside two surfaces of bodies."""
+        if value is not None and (info.data.get("surfaces") or info.data.get("walls")):
+            raise ValueError("give either between, or surfaces and walls")
         return value
 
 
@@ -415,8 +430,8 @@ class Contact(Spec):
     )
     adhesion: dict[Name, AdhesionSpec] = Field(
         default={},
-        description="Adhesion of surfaces to walls, by a name of your choice. Where several "
-        "apply, the last one is used.",
+        description="Adhesion of surfaces to walls or to each other, by a name of your choice. "
+        "Where several apply, the last one is used.",
     )
     interference_fit: tuple[Name, ...] = Field(
         default=(),

@@ -494,21 +494,32 @@ def adhesion_warnings(model: Model) -> dict[str, str]:
     """Return a warning of cohesive zones that the mesh does not resolve."""
     sizes = element_sizes(model)[model.contact.nodes]
     found = {}
+    surfaces = model.self_contact
+    if surfaces is not None and surfaces.adhesion is not None:
+        zone, size = surfaces.adhesion.zone, float(surfaces.facet_size.max())
+        if zone < LEAST_RESOLUTION * size:
+            found["adhesion between bodies"] = unresolved_zone(zone, size)
     for wall, adhesion in zip(model.walls, model.adhesions, strict=True):
         if adhesion is None:
             continue
         resolution = adhesion.zone / sizes[:, None]
         node, surface = np.unravel_index(np.argmin(resolution), resolution.shape)
         if resolution[node, surface] < LEAST_RESOLUTION:
-            zone, size = adhesion.zone[node, surface], sizes[node]
-            factor = np.sqrt(resolution[node, surface] / LEAST_RESOLUTION)
-            found[f"adhesion to {wall.names[surface]}"] = (
-                f"the cohesive zone at the rim of a contact is {1e3 * zone:.3g} mm long, and the "
-                f"elements are {1e3 * size:.3g} mm: the pull-off force depends on the mesh; "
-                f"multiply the pull_off_stress in contact.adhesion by {factor:.2g} or less, or use "
-                f"elements of at most {1e3 * zone / LEAST_RESOLUTION:.3g} mm"
+            found[f"adhesion to {wall.names[surface]}"] = unresolved_zone(
+                adhesion.zone[node, surface], sizes[node]
             )
     return found
+
+
+def unresolved_zone(zone: float, size: float) -> str:
+    """Return the warning of a cohesive zone [m] in elements of this size [m]."""
+    factor = np.sqrt(zone / size / LEAST_RESOLUTION)
+    return (
+        f"the cohesive zone at the rim of a contact is {1e3 * zone:.3g} mm long, and the "
+        f"elements are {1e3 * size:.3g} mm: the pull-off force depends on the mesh; "
+        f"multiply the pull_off_stress in contact.adhesion by {factor:.2g} or less, or use "
+        f"elements of at most {1e3 * zone / LEAST_RESOLUTION:.3g} mm"
+    )
 
 
 def are_in_contact(model: Model, one: slice | np.ndarray, other: slice | np.ndarray) -> bool:

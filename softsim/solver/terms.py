@@ -168,18 +168,20 @@ class Terms:
         data = models[0].self_contact
         if data is None:
             return []
-        friction = [m.self_contact.friction_coefficient for m in models if m.self_contact]
+        of_scenarios = [m.self_contact for m in models if m.self_contact]
+        friction = [each.friction_coefficient for each in of_scenarios]
+        adhesions = [each.adhesion for each in of_scenarios if each.adhesion is not None]
         surface = DeformableSurface(
             self.nodes, data.nodes, data.facets, data.point_size, data.facet_size,
-            data.point_part, data.facet_part, data.facet_areas, data.facet_stiffness,
-            data.point_group, data.may_touch,
+            data.point_part, data.facet_part, data.point_areas, data.facet_areas,
+            data.facet_stiffness, data.point_group, data.may_touch,
         )  # fmt: skip
         lists = NeighbourLists(surface, *margin_and_room(data.facet_size, self.nodes.dimension))
         k_n, c_n = data.penalty_stiffness, data.penalty_stiffness * data.damping_time
         return [
             SelfContact(
                 surface, lists, data.nodes, k_n, data.tangential_ratio * k_n, c_n,
-                data.tangential_damping_fraction * c_n, np.array(friction),
+                data.tangential_damping_fraction * c_n, np.array(friction), adhesions,
             )
         ]  # fmt: skip
 

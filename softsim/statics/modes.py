@@ -528,10 +528,10 @@ def friction_limits(forces: StaticForces) -> list[Any]:
     terms = forces.solver.terms
     contacts = [*terms.contacts, *terms.self_contacts]
     sliding = [load for load in terms.loads if isinstance(load, TetherTerm | EndDragTerm)]
-    adhering = [c.adhesion for c in contacts if isinstance(c, SurfaceContact)]
+    adhering = [adhesion for contact in contacts for adhesion in contact.adhesion]
     return [
         *(c.friction_coefficient for c in contacts),
-        *(adhesion.shear for adhesions in adhering for adhesion in adhesions),
+        *(strength for adhesion in adhering for strength in adhesion.strengths()),
         *(load.longest for load in sliding),
     ]
 
@@ -557,7 +557,8 @@ def contact_points(forces: StaticForces) -> tuple[np.ndarray, np.ndarray]:
             most = fields.read(contact.limit)[0]
         else:
             facet = fields.read(contact.facet)[0]
-            touches, most = facet >= 0, self_friction(forces, contact, facet)
+            touches = (facet >= 0) & (fields.read(contact.gap)[0] < 0.0)
+            most = self_friction(forces, contact, facet)
         at_limit = touches & (most > 0.0) & (rubbing >= AT_LIMIT * most)
         if touches.ndim == 2:  # surfaces of a wall
             touches, at_limit = touches.any(axis=1), at_limit.any(axis=1)

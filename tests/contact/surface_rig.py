@@ -3,7 +3,7 @@
 import numpy as np
 import taichi as ti
 
-from softsim.compute import fields
+from softsim.compute import backend, fields
 from softsim.compute.nodes import PARTS
 from softsim.solver.explicit import ExplicitSolver
 
@@ -54,14 +54,16 @@ class SurfaceRig:
         return forces
 
     def energy(self) -> float:
-        """Energy in the springs [J]."""
-        data, contact = self.model.self_contact, self.contact
-        gap, fraction, phi = (
-            fields.read(f)[0] for f in (contact.gap, contact.fraction, contact.phi)
-        )
-        squares = (fields.read(contact.stretch)[0] ** 2).sum(axis=1)
-        springs = phi * gap**2 + data.tangential_ratio * squares
-        return 0.5 * float((fraction * data.penalty_stiffness * springs).sum())
+        """Energy in the springs and of adhesion [J]."""
+        return self._stored()
+
+    @ti.kernel
+    def _stored(self) -> ti.f64:
+        total = 0.0
+        for _ in range(1):
+            for part in range(backend.device().parts):
+                total += self.contact.stored_energy(0, part)
+        return total
 
     @property
     def facets(self):

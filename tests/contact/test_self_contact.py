@@ -12,16 +12,33 @@ FRICTIONLESS = ("contact.friction_coefficient=0", "contact.damping_ratio=0")
 DEPTH = 50e-6
 
 
-@pytest.mark.parametrize("text", [PLANE, SPACE], ids=["plane", "space"])
-def test_forces_of_nodes_on_facets_edges_and_corners(build, fresh_taichi, text):
+GLUE = (
+    "contact.adhesion={glue: {work_of_adhesion: 0.1 J/m^2, range: 80 um, shear_strength: 1 kPa, "
+    "between: [lower, upper]}}"
+)
+END = "bodies.upper.position=[0.45 mm, 2.5 mm]"  # a facet of the lower one ends 0.05 mm beyond it
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "depth"),
+    [
+        (PLANE, (), DEPTH),
+        (SPACE, (), DEPTH),
+        (PLANE, (GLUE,), 2e-6),
+        (PLANE, (GLUE, END), -40e-6),
+        (SPACE, (GLUE,), -40e-6),
+    ],
+    ids=["plane", "space", "plane, adhering", "plane, attracted", "space, attracted"],
+)
+def test_forces_of_nodes_on_facets_edges_and_corners(build, fresh_taichi, text, more, depth):
     """They are the gradient of the energy; with friction and dashpots at work, while everything
     moves at random, they have no resultant and no moment.
 
     Central differences are off by the square of their step over the depth, here 1e-4 at most.
     """
-    model = build(text, *FRICTIONLESS)
+    model = build(text, *FRICTIONLESS, *more)
     rig = SurfaceRig(model)
-    x, step = crumpled(model, DEPTH), 5e-9
+    x, step = crumpled(model, depth), 5e-9
     forces = rig.place(x)
     pressed = np.flatnonzero(forces.any(axis=1))
     assert len(pressed) >= 8
@@ -39,7 +56,7 @@ def test_forces_of_nodes_on_facets_edges_and_corners(build, fresh_taichi, text):
     rig.contact.friction_coefficient.fill(0.4)
     rig.contact.damping.fill(1e-3)
     forces = rig.place(x, np.random.default_rng(4).standard_normal(x.shape), dt=5e-6)
-    assert np.abs(fields.read(rig.contact.stretch)).max() > 1e-6
+    assert depth < 0.0 or np.abs(fields.read(rig.contact.stretch)).max() > 1e-6
     lift = np.zeros((len(x), 3 - model.dimension))
     moments = np.cross(np.hstack([x, lift]), np.hstack([forces, lift]))
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-13 * np.abs(forces).sum())
