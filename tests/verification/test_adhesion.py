@@ -403,3 +403,89 @@ def contact_forces(solver):
     """Return the forces of the wall on the nodes (k, d) [N]."""
     [contact] = solver.terms.contacts
     return fields.read(contact.force)[0]
+
+
+# -------------------------------------------------------------------------------------------------
+# Bodies that adhere to each other.
+
+BODIES = """
+bodies:
+  lower:
+    mesh: {generator: block, length: 8 mm, height: 4 mm, element_size: 1 mm, cells: quad}
+    formulation: plane_strain
+    thickness: 10 mm
+    material: gel
+    fixed: [bottom]
+  upper:
+    mesh: {generator: block, length: 6 mm, height: 3 mm, element_size: 0.75 mm, cells: quad}
+    position: [0.2 mm, 4.3 mm]
+    formulation: plane_strain
+    thickness: 10 mm
+    material: rubber
+materials:
+  gel: {law: neo_hooke, C10: 100 kPa, density: 1080 kg/m^3}
+  rubber: {law: neo_hooke, C10: 500 kPa, density: 1080 kg/m^3}
+environment: {gravity: 0 m/s^2}
+contact:
+  friction_coefficient: 0
+  pairs: [{between: [lower.top, upper.bottom]}]
+  adhesion: {glue: {work_of_adhesion: 10 mJ/m^2, pull_off_stress: 100 Pa,
+                    between: [lower.top, upper.bottom]}}
+time: {end: 40 ms}
+output: {frame_interval: 1 s}
+"""
+HELD_ABOVE = """
+conditions:
+  straight: {kind: fixed, nodes: upper.top, directions: [x]}
+  move: {kind: prescribed, nodes: upper.top, direction: y,
+         displacement: {kind: table, points: [[0 s, 0 mm], [20 ms, -0.3 mm], [40 ms, 0 mm]]}}
+"""
+FACE = 6e-3 * 10e-3  # m^2
+
+
+@pytest.mark.parametrize(
+    "law", ["pull_off_stress: 100 Pa", "range: 200 um", "range: 200 um, shear_strength: 1 kPa"]
+)
+def test_separation_of_bodies_takes_the_work_of_adhesion(history, record_verification, law):
+    """As from a wall: of a soft and a stiff body, whose nodes and edges are not opposite.
+
+    Where they touch without force the faces are in the wall's place within 1 um of 0.2 mm.
+    """
+    found = history(
+        BODIES.replace("pull_off_stress: 100 Pa", law) + HELD_ABOVE,
+        "time.procedure=static",
+        "output.history_interval=0.25 ms",
+    )
+    exact, work = 10e-3 * FACE, found["external_work"]
+    record_verification(f"work of adhesion of bodies, {law} [J]", exact, -work.min())
+    assert -work.min() == pytest.approx(exact, rel=0.03)
+    assert work[-1] == pytest.approx(0.0, abs=0.03 * exact)
+
+
+def test_a_block_hangs_from_another(history, record_verification):
+    """Its weight over its face is 32 Pa: it hangs at 100 Pa and falls freely at 30 Pa."""
+    hanging_below = BODIES.replace("fixed: [bottom]", "fixed: [top]")
+    for old, new in (
+        ("position: [0.2 mm, 4.3 mm]", "position: [0.2 mm, -3 mm]"),
+        ("gravity: 0", "gravity: 9.81"),
+        ("lower.top", "lower.bottom"),
+        ("upper.bottom", "upper.top"),
+    ):
+        hanging_below = hanging_below.replace(old, new)
+    probe = (
+        "output.probes={hold: {kind: reaction, nodes: lower.top}, "
+        "tip: {kind: displacement, nodes: upper.bottom}}"
+    )
+    end = "time.end=60 ms"
+    risen = "environment.gravity_profile={kind: smooth_step, value: 1, duration: 30 ms}"
+    hanging = history(hanging_below, probe, risen, end)
+    weight = 1080.0 * 9.81 * 10e-3 * (8e-3 * 4e-3 + 6e-3 * 3e-3)
+    force = hanging["hold_y"][hanging["time"] > 40e-3].mean()
+    record_verification("force that holds two blocks [N]", weight, force)
+    assert force == pytest.approx(weight, rel=3e-3)
+    assert hanging["energy_error"].max() < 5e-3
+    weaker = "contact.adhesion.glue={work_of_adhesion: 4 mJ/m^2, pull_off_stress: 30 Pa}"
+    between = "contact.adhesion.glue.between=[lower.bottom, upper.top]"
+    falling = history(hanging_below, probe, risen, end, weaker, between)
+    assert falling["tip_y"][-1] < -1e-3
+    assert falling["energy_error"].max() < 5e-3
