@@ -133,3 +133,58 @@ def test_surfaces_in_a_plane_of_symmetry_are_refused(build):
 def test_a_wrong_adhesion_is_refused(build, old, new, problem):
     with pytest.raises(SceneError, match=problem):
         build(SCENE.replace(old, new))
+
+
+BODIES = """
+bodies:
+  b: {mesh: {generator: block, length: 8 mm, height: 4 mm, element_size: 2 mm},
+      formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10}
+  c: {mesh: {generator: block, length: 4 mm, height: 4 mm, element_size: 2 mm},
+      formulation: plane_strain, thickness: 5 mm, material: dragon_skin_30, position: [0 mm, 5 mm]}
+contact:
+  pairs: [{between: [b.top, c.bottom]}]
+  adhesion: {glue: {work_of_adhesion: 0.1 J/m^2, pull_off_stress: 2 kPa,
+                    between: [b.top, c.bottom]}}
+time: {end: 1 s}
+"""
+
+
+def test_named_surfaces_of_bodies_adhere_to_each_other(build):
+    """Their groups adhere in both directions, and to nothing else; walls do not matter."""
+    data = build(BODIES).self_contact
+    adhering = data.adhesion.work > 0.0
+    np.testing.assert_array_equal(adhering, data.may_touch)
+    assert data.adhesion.stress[adhering] == pytest.approx(2e3)
+    assert 2.0 * 0.1 / 2e3 <= data.adhesion.farthest < 4.0 * 0.1 / 2e3
+    everything = build(BODIES, "contact.self_contact=[b, c]").self_contact
+    assert (everything.adhesion.work > 0.0).sum() < everything.may_touch.sum()
+
+
+def test_the_cohesive_zone_between_bodies_is_of_both_materials(build):
+    """1/E* is the sum of both; a zone of 5 mm is resolved, one of 0.3 mm is not."""
+    model = build(BODIES)
+    moduli = []
+    for body in model.bodies:
+        law, kappa = body.regions[0].material.law, body.regions[0].material.bulk_modulus
+        mu = law.initial_shear_modulus
+        moduli.append(4.0 * mu * (3.0 * kappa + mu) / (3.0 * kappa + 4.0 * mu))
+    joint = 1.0 / (1.0 / moduli[0] + 1.0 / moduli[1])
+    assert model.self_contact.adhesion.zone == pytest.approx(joint * 0.1 / 2e3**2)
+    assert adhesion_warnings(model) == {}
+    warned = adhesion_warnings(build(BODIES, "contact.adhesion.glue.pull_off_stress=8 kPa"))
+    assert list(warned) == ["adhesion between bodies"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("2 kPa,", "2 kPa, walls: [floor],", "give either between, or surfaces and walls"),
+        ("between: [b.top, c.bottom]}}", "between: [b.top, c.botom]}}", "no facet set 'c.botom'"),
+        ("between: [b.top, c.bottom]}}", "between: [b.top, c.top]}}", "not in contact with each"),
+        ("2 kPa", "2 MPa", "shorter than the depth"),
+        ("2 kPa", "150 Pa", "over at most 0.5 of a facet"),
+    ],
+)
+def test_a_wrong_adhesion_of_bodies_is_refused(build, old, new, problem):
+    with pytest.raises(SceneError, match=problem):
+        build(BODIES.replace(old, new))
