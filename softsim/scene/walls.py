@@ -26,6 +26,7 @@ from softsim.scene.quantities import (
     PositiveLength,
     PositivePressure,
     PositiveTime,
+    PositiveVelocity,
     Spec,
     Text,
     WholeNumber,
@@ -336,6 +337,23 @@ class ContactPair(Spec):
     )
 
 
+class AdhesionRateSpec(Spec):
+    """Dependence of the work of adhesion w on the speed v of separation: w = w0 (1 + (v / v0)^n).
+
+    w0 is `work_of_adhesion`. Static procedures use w0.
+    """
+
+    speed: PositiveVelocity = Field(
+        description="Speed v0 of separation that doubles the work of adhesion."
+    )
+    exponent: Number = Field(gt=0.0, le=2.0, description="Exponent n.")
+    fastest: PositiveVelocity | None = Field(
+        default=None,
+        description="Speed above which the work of adhesion no longer grows. Default: 1000 times "
+        "`speed`.",
+    )
+
+
 class AdhesionSpec(Spec):
     """Adhesion of surfaces to walls, by a cohesive law with linear softening.
 
@@ -355,6 +373,10 @@ class AdhesionSpec(Spec):
         default=None,
         description="Largest friction stress of the adhering area, in addition to the friction "
         "coefficient times the load. Default: the friction coefficient times the pull-off stress.",
+    )
+    rate: AdhesionRateSpec | None = Field(
+        default=None,
+        description="Dependence of the work of adhesion on the speed of separation. Default: none.",
     )
     surfaces: tuple[Text, ...] = Field(
         default=(),
