@@ -13,7 +13,7 @@ import numpy as np
 from softsim.compute import backend
 from softsim.compute.mass_scaling import MassScaling
 from softsim.compute.term import PerScenario, equal_but_per_scenario
-from softsim.contact.forces import Adhesion, PairLaws
+from softsim.contact.adhesion import Adhesion, PairLaws
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.simple_walls import Cylinder, Sphere
 from softsim.contact.surface_contact import ContactData

@@ -23,6 +23,7 @@ from softsim.compute import backend, fields
 from softsim.compute.fields import Number, index_field, real_field, vector_field
 from softsim.compute.nodes import PARTS
 from softsim.compute.term import Pass, Stage
+from softsim.contact.adhesion import PairAdhesion, PairLaws
 from softsim.contact.deformable_surface import (
     DEPTH,
     EXTENSION,
@@ -33,15 +34,7 @@ from softsim.contact.deformable_surface import (
     is_farther,
     velocity_beside,
 )
-from softsim.contact.forces import (
-    BEFORE_START,
-    Dissipation,
-    PairAdhesion,
-    PairLaws,
-    normal_force,
-    shear_force,
-    slip,
-)
+from softsim.contact.forces import BEFORE_START, Dissipation, normal_force, shear_force, slip
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
 
 TURNING = 0.2

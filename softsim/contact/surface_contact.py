@@ -10,11 +10,10 @@ from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, real_field, vector_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, PerScenario, Stage
+from softsim.contact.adhesion import Adhesion, NodalAdhesion
 from softsim.contact.forces import (
     BEFORE_START,
-    Adhesion,
     Dissipation,
-    NodalAdhesion,
     NodalForces,
     limit_with_memory,
     normal_force,
@@ -108,6 +107,7 @@ class SurfaceContact(NodalForces, Dissipation):
         self.friction_limit, self.age = (real_field(np.zeros(shape)) for _ in range(2))
         self.left_at = real_field(np.full(shape, BEFORE_START))
         self.adhesion = [NodalAdhesion(adhesions)] if adhesions else []  # none or one
+        self.rates = [rate for adhesion in self.adhesion for rate in adhesion.rates]  # none or one
         self.reach = max((adhesion.farthest for adhesion in adhesions), default=0.0)
         frame.carry(self)
 
@@ -119,7 +119,9 @@ class SurfaceContact(NodalForces, Dissipation):
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Return the fields that a checkpoint stores."""
+        of_rates = [rate.state_fields() for rate in self.rates]
         return {
+            **{name: field for state in of_rates for name, field in state.items()},
             "anchor": self.anchor,
             "touching": self.touching,
             "dashpot": self.dashpot,
@@ -154,6 +156,11 @@ class SurfaceContact(NodalForces, Dissipation):
             in_slots = fields.read(component)
             in_slots[:, self.first_slot : self.first_slot + int(self.count)] = 0.0
             fields.write(component, in_slots)
+
+    def forget_rates(self) -> None:
+        """Return to the work of adhesion at rest, as a static procedure has it."""
+        for rate in self.rates:
+            rate.forget()
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
         """Return the columns of the history, which are those of the frame."""
@@ -196,6 +203,13 @@ class SurfaceContact(NodalForces, Dissipation):
                 touched = 1
                 v = self.frame.relative_velocity(s, x, self.nodes.velocity[s, a])
                 self._leave(s, i, w, q, n, v, t, dt)
+                for rate in ti.static(self.rates):
+                    # Speeds have no meaning while bodies relax, and between static trial states.
+                    if self.nodes.local_damping[s] == 0.0:
+                        rate.leave(s, i, w, gap, v.dot(n), t, dt)
+            for rate in ti.static(self.rates):
+                dissipated = rate.separate(s, i, w, gap, t)
+                self.damping_dissipation[s, i] = self.damping_dissipation[s, i] + dissipated
             for adhesion in ti.static(self.adhesion):
                 attraction = adhesion.force(s, i, w, gap)
                 if attraction > 0.0:
@@ -218,6 +232,8 @@ class SurfaceContact(NodalForces, Dissipation):
         if v.dot(n) * dt < gap:
             inside = gap / v.dot(n)
         self.touching[s, i, w] = 1
+        for rate in ti.static(self.rates):
+            rate.meet(s, i, w)
         self.anchor[s, i, w] = q - inside * v
         away = t - self.left_at[s, i, w]
         if away > self.friction_memory[s]:

@@ -26,6 +26,7 @@ from softsim.scene.quantities import (
     PositiveLength,
     PositivePressure,
     PositiveTime,
+    PositiveVelocity,
     Spec,
     Text,
     WholeNumber,
@@ -336,6 +337,23 @@ class ContactPair(Spec):
     )
 
 
+class AdhesionRateSpec(Spec):
+    """Dependence of the work of adhesion w on the speed v of separation: w = w0 (1 + (v / v0)^n).
+
+    w0 is `work_of_adhesion`. Static procedures use w0.
+    """
+
+    speed: PositiveVelocity = Field(
+        description="Speed v0 of separation that doubles the work of adhesion."
+    )
+    exponent: Number = Field(gt=0.0, le=2.0, description="Exponent n.")
+    fastest: PositiveVelocity | None = Field(
+        default=None,
+        description="Speed above which the work of adhesion no longer grows. Default: 1000 times "
+        "`speed`.",
+    )
+
+
 class AdhesionSpec(Spec):
     """Adhesion of surfaces to walls or to each other, by a cohesive law with linear softening.
 
@@ -355,6 +373,10 @@ class AdhesionSpec(Spec):
         default=None,
         description="Largest friction stress of the adhering area, in addition to the friction "
         "coefficient times the load. Default: the friction coefficient times the pull-off stress.",
+    )
+    rate: AdhesionRateSpec | None = Field(
+        default=None,
+        description="Dependence of the work of adhesion on the speed of separation. Default: none.",
     )
     surfaces: tuple[Text, ...] = Field(
         default=(),
@@ -379,12 +401,14 @@ class AdhesionSpec(Spec):
 
     @field_validator("between")
     @classmethod
-    def no_walls(
+    def only_bodies(
         cls, value: tuple[str, str] | None, info: ValidationInfo
     ) -> tuple[str, str] | None:
-        """Refuse walls and their surfaces beside two surfaces of bodies."""
+        """Refuse keys of adhesion to walls beside two surfaces of bodies."""
         if value is not None and (info.data.get("surfaces") or info.data.get("walls")):
             raise ValueError("give either between, or surfaces and walls")
+        if value is not None and info.data.get("rate") is not None:
+            raise ValueError("adhesion between bodies does not depend on the rate: leave out rate")
         return value
 
 

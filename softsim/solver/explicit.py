@@ -391,6 +391,8 @@ class ExplicitSolver:
         fields.write(velocity, fields.read(velocity) * self.models[0].is_free)
         for contact in self.terms.node_contacts:
             contact.clear_forces()
+            if self.models[0].relaxation is not None:
+                contact.forget_rates()
         self._forget_lists()
 
     def go_back_half(self, dt: float) -> None:

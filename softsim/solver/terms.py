@@ -15,9 +15,9 @@ import taichi as ti
 from softsim.compute.mass_scaling import ScaledNodes
 from softsim.compute.nodes import PARTS, Nodes
 from softsim.compute.term import Pass, Stage, Term
+from softsim.contact.adhesion import Adhesion
 from softsim.contact.corner_contact import CornerContact, CornerSurface
 from softsim.contact.deformable_surface import DeformableSurface
-from softsim.contact.forces import Adhesion
 from softsim.contact.neighbour_lists import NeighbourLists, margin_and_room
 from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import ContactData, SurfaceContact

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from softsim.contact.forces import MEASURED_AT
 from softsim.errors import SceneError
 from softsim.solver.plausibility import adhesion_warnings
 
@@ -98,6 +99,61 @@ def test_parts_with_one_law_are_as_the_whole(build):
     assert parts.reach[adheres] == pytest.approx(80e-6)
 
 
+RATE = "contact.adhesion.glue.rate={speed: 1 mm/s, exponent: 0.6%s}"
+
+
+@pytest.mark.parametrize(
+    ("fastest", "ratio"), [("", 1000.0), (", fastest: 20 mm/s", 20.0), (", fastest: 0.1 mm/s", 0.1)]
+)
+def test_the_longest_range_is_that_of_the_fastest_separation(build, fastest, ratio):
+    """The rest of the softening, from half of the attraction on, takes w0 A (v / v0)^n more."""
+    model = build(SCENE, FOOT, ON_FLOOR, RATE % fastest)
+    found, _ = adhesion(model)
+    extension = found.longest_reach - found.reach
+    more = 0.5 * (1.0 - MEASURED_AT) * found.attraction * extension
+    assert more.sum() == pytest.approx(0.1 * 4e-3 * 5e-3 * ratio**0.6)
+    assert found.longest_reach[found.attraction > 0.0].max() <= found.farthest
+
+
+def test_a_scene_without_a_rate_has_none(build):
+    found, _ = adhesion(build(SCENE))
+    assert found.rate is None and found.longest_reach is found.reach
+
+
+MEETING = (
+    "bodies.b.sets={here: {box: [[-5 mm, -1 um], [1 um, 1 um]]}, "
+    "there: {box: [[-1 um, -1 um], [5 mm, 1 um]]}}"
+)
+
+
+def meeting_entries(here, there):
+    """Override with two entries, the ends of which are given, that meet at a node."""
+    law = "work_of_adhesion: 0.1 J/m^2, pull_off_stress: 2 kPa"
+    return (
+        f"contact.adhesion={{here: {{{law}, surfaces: [b.here]{here}}}, "
+        f"there: {{{law}, surfaces: [b.there]{there}}}}}"
+    )
+
+
+def test_entries_with_and_without_a_rate_may_meet(build):
+    """At their common node half of the area depends on the rate."""
+    scene = SCENE.replace("sets: {foot", "sets: {floor_side")
+    rate = ", rate: {speed: 1 mm/s, exponent: 0.6}"
+    found, _ = adhesion(build(scene, MEETING, meeting_entries(rate, "")))
+    of_floor = found.longest_reach[:, 0] - found.reach[:, 0]
+    both, _ = adhesion(build(scene, MEETING, meeting_entries(rate, rate)))
+    of_both = both.longest_reach[:, 0] - both.reach[:, 0]
+    shares = of_floor[of_both > 0.0] / of_both[of_both > 0.0]
+    assert sorted(set(np.round(shares, 9))) == [0.0, 0.5, 1.0]
+
+
+def test_different_rates_at_a_node_are_refused(build):
+    rates = (", rate: {speed: 1 mm/s, exponent: 0.6}", ", rate: {speed: 2 mm/s, exponent: 0.6}")
+    scene = SCENE.replace("sets: {foot", "sets: {floor_side")
+    with pytest.raises(SceneError, match="differs from that of 'here'"):
+        build(scene, MEETING, meeting_entries(*rates))
+
+
 def test_a_scene_without_adhesion_has_none(build):
     assert build(SCENE, "contact.adhesion={}").adhesions == (None,)
 
@@ -128,6 +184,11 @@ def test_surfaces_in_a_plane_of_symmetry_are_refused(build):
         ("pull_off_stress: 2 kPa", "range: 1 nm", "shorter than the depth"),
         ("{floor: {kind: plane}, pipe: {kind: pipe, diameter: 30 mm}}", "{}", "there is no wall"),
         ("0.1 J/m^2", "0.1 J", "an energy per area"),
+        ("2 kPa}", "2 kPa, rate: {exponent: 0.6}}", r"scene\.yaml:9:\d+.*speed"),
+        ("2 kPa}", "2 kPa, rate: {speed: 0 m/s, exponent: 0.6}}", r"scene\.yaml:9:\d+"),
+        ("2 kPa}", "2 kPa, rate: {speed: 1 mm/s, exponent: 0}}", r"scene\.yaml:9:\d+"),
+        ("2 kPa}", "2 kPa, rate: {speed: 1 mm/s, exponent: 3}}", r"scene\.yaml:9:\d+"),
+        ("2 kPa}", "2 kPa, rate: {speed: 1, exponent: 0.6}}", r"scene\.yaml:9:\d+"),
     ],
 )
 def test_a_wrong_adhesion_is_refused(build, old, new, problem):
@@ -179,6 +240,7 @@ def test_the_cohesive_zone_between_bodies_is_of_both_materials(build):
     ("old", "new", "problem"),
     [
         ("2 kPa,", "2 kPa, walls: [floor],", "give either between, or surfaces and walls"),
+        ("2 kPa,", "2 kPa, rate: {speed: 1 mm/s, exponent: 0.6},", "does not depend on the rate"),
         ("between: [b.top, c.bottom]}}", "between: [b.top, c.botom]}}", "no facet set 'c.botom'"),
         ("between: [b.top, c.bottom]}}", "between: [b.top, c.top]}}", "not in contact with each"),
         ("2 kPa", "2 MPa", "shorter than the depth"),

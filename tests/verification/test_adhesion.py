@@ -24,7 +24,7 @@ import pytest
 from rich.console import Console
 
 from softsim.compute import fields
-from softsim.contact.forces import Adhesion, CohesiveLaw
+from softsim.contact.adhesion import Adhesion, CohesiveLaw
 from softsim.output.history import read_history
 
 RADIUS, ENERGY = 10e-3, 0.5
@@ -397,6 +397,157 @@ def test_a_step_with_the_same_adhesion_continues(build, start):
     second.start_motion(dt)
     second.advance(100)
     np.testing.assert_allclose(second.positions(), expected, rtol=0.0, atol=1e-9)
+
+
+RATE = {"speed": 10e-3, "exponent": 0.6}  # v0 [m/s], n
+RATED = """
+bodies:
+  block:
+    mesh: {{generator: block, length: 8 mm, height: 4 mm, element_size: 1 mm, cells: quad}}
+    formulation: plane_strain
+    thickness: 10 mm
+    material: gel
+    fixed: [bottom]
+    sets: {{upper: {{box: [[-5 mm, 3.999 mm], [5 mm, 4.001 mm]]}}}}
+materials: {{gel: {{law: neo_hooke, C10: {C10}, density: 1080 kg/m^3}}}}
+environment:
+  gravity: 0 m/s^2
+  walls: {{ceiling: {{kind: plane, point: [0 mm, 4 mm], normal: [0, -1]}}}}
+contact:
+  friction_coefficient: 0
+  adhesion: {{glue: {{work_of_adhesion: {work} J/m^2, pull_off_stress: {stress} Pa,
+                     surfaces: [block.upper], rate: {{speed: 10 mm/s, exponent: 0.6}}}}}}
+conditions:
+  away: {{kind: wall_motion, wall: ceiling, direction: y,
+          displacement: {{kind: table, points: [{points}]}}}}
+time: {{end: {end} s, settle: 0.2 s}}
+output: {{frame_interval: 1 s, history_interval: {interval} s}}
+"""
+FACE = 8e-3 * 10e-3
+LIGHT = {"C10": "10 MPa", "work": 0.01, "stress": 100.0}  # range 0.2 mm; a rigid block
+STRONG = {"C10": "100 kPa", "work": 2.0, "stress": 10e3}  # range 0.4 mm; it is stretched by 2 %
+
+
+def rated(law, path):
+    """Return a scene in which the wall is at the places `path` [(s, mm), ...] at these times."""
+    points = ", ".join(f"[{time} s, {place} mm]" for time, place in path)
+    return RATED.format(**law, points=points, end=path[-1][0], interval=path[-1][0] / 400)
+
+
+def growth(speed):
+    """Return (v / v0)^n of a speed [m/s]."""
+    return (speed / RATE["speed"]) ** RATE["exponent"]
+
+
+@pytest.mark.parametrize("speed", [0.01, 0.08])
+def test_a_faster_separation_takes_more_work(history, record_verification, speed):
+    """The wall leaves at a constant speed: work w0 (1 + (v / v0)^n) A, of which w0 A comes back.
+
+    Before, the block has come to rest at the wall.
+    """
+    end = 5e-3 / speed
+    found = history(rated(LIGHT, [(0.0, 0.0), (end, 5.0)]))
+    at_rest = LIGHT["work"] * FACE
+    work, lost = found["external_work"][-1], found["viscous_dissipation"][-1]
+    exact, worst = at_rest * (1.0 + growth(speed)), found["energy_error"].max()
+    record_verification(f"work of separation at {speed:g} m/s [J]", exact, work)
+    record_verification(f"energy lost at {speed:g} m/s [J]", exact - at_rest, lost)
+    record_verification(f"energy error of a separation at {speed:g} m/s", 0.0, worst)
+    assert work == pytest.approx(exact, rel=1e-3)
+    assert lost == pytest.approx(exact - at_rest, rel=1e-3)
+    assert worst < 1e-3
+    assert found["wall_force_y"][-1] == 0.0 and found["contact_energy"][-1] == 0.0
+
+
+def test_an_interrupted_separation_loses_nothing(history, record_verification):
+    """The wall goes to 0.3 mm, beyond the range at rest, and returns.
+
+    There it still attracts: with (1/2) s (1 - 0.2 / (0.1 + 0.4)) = 30 Pa.
+    """
+    path = [(0.0, 0.0), (30e-3, 0.3), (60e-3, 0.0), (70e-3, 0.0)]
+    found = history(rated(LIGHT, path))
+    apart = found["wall_force_y"][np.argmin(np.abs(found["time"] - 30e-3))]
+    assert apart == pytest.approx(30.0 * FACE, rel=0.02)
+    lost, extra = found["viscous_dissipation"], LIGHT["work"] * FACE * growth(0.01)
+    record_verification(
+        "energy lost by an interrupted separation / (w - w0) A", 0.0, lost[-1] / extra
+    )
+    assert abs(lost[-1]) < 5e-3 * extra
+    assert lost.min() > -1e-6 * extra
+    assert found["contact_energy"][-1] == pytest.approx(-LIGHT["work"] * FACE, rel=5e-3)
+    assert found["energy_error"].max() < 1e-3
+
+
+def test_the_speed_does_not_depend_on_the_penalty_stiffness(history, record_verification):
+    """A block stretched by 2 % is pulled off, with the default penalty stiffness and five times it.
+
+    It contracts while the attraction decreases, so the gap opens by about 1 / (1 - s H / (E h))
+    faster than the wall moves: 11 %, which makes 7 % of the energy lost and 3 % of the work.
+    """
+    work = []
+    for stiffness in ("auto", "200 N/mm"):
+        found = history(
+            rated(STRONG, [(0.0, 0.0), (0.2, 2.0)]), f"contact.penalty_stiffness={stiffness}"
+        )
+        work.append(found["external_work"][-1])
+        assert found["energy_error"].max() < 1e-3
+    exact = STRONG["work"] * FACE * 2.0
+    record_verification("work of separation of a stretched block [J]", exact, work[0])
+    assert work[0] == pytest.approx(exact, rel=0.05)
+    assert work[1] == pytest.approx(work[0], rel=0.01)
+
+
+TOUCHED_AND_PULLED = [(0.0, 0.0), (0.1e-3, -10e-6), (10e-3, 1.0)]  # 10 nm in, then 0.1 m/s
+
+
+@pytest.mark.parametrize("method", ["newton", "relaxation"])
+def test_static_procedures_do_not_depend_on_the_rate(history, method):
+    """Bit by bit, though the wall moves fast in the time of the loads."""
+    scene = rated(LIGHT | {"C10": "1 MPa"}, [(0.0, 0.0), (0.5e-3, -1e-5), (2e-3, 0.15)])
+    overrides = ["time.procedure=static", f"time.method={method}", "output.history_interval=0.1 ms"]
+    if method == "newton":
+        overrides.append("time.settle=null")
+    with_rate = history(scene, *overrides)
+    without = history(scene, *overrides, "contact.adhesion.glue.rate=null")
+    for column in ("external_work", "wall_force_y", "contact_energy"):
+        np.testing.assert_array_equal(with_rate[column], without[column])
+
+
+def test_a_separation_continues_from_a_checkpoint_and_in_a_batch(build, fresh_taichi):
+    """Two scenarios with rates of their own give the same bits alone, and restored halfway."""
+    from softsim.solver.explicit import ExplicitSolver
+
+    scene = rated(LIGHT, TOUCHED_AND_PULLED)
+    models = [build(scene, f"contact.adhesion.glue.rate.speed={v} mm/s") for v in (10, 200)]
+    batch, alone = (ExplicitSolver(chosen) for chosen in (models, models[1:]))
+    for solver in (batch, alone):
+        solver.begin(0.8e-6)
+        solver.advance(1500)
+    [rate] = batch.terms.node_contacts[0].rates
+    extension = fields.read(rate.extension)
+    assert (extension.max(axis=(1, 2)) > 0.0).all() and extension[0].max() > extension[1].max()
+    state, time, count = batch.state(), batch.time, batch.increment_count
+    for solver in (batch, alone):
+        solver.advance(500)
+    expected = batch.positions()
+    np.testing.assert_array_equal(alone.positions()[0], expected[1])
+    batch.restore(state, time, count, 0.8e-6)
+    batch.advance(500)
+    np.testing.assert_array_equal(batch.positions(), expected)
+
+
+def test_a_static_step_after_a_dynamic_one_uses_the_work_at_rest(build, start):
+    """The range of nodes that are being separated returns to that at rest."""
+    scene = rated(LIGHT, TOUCHED_AND_PULLED)
+    first = start(build(scene))
+    first.advance(1500)
+    state, time = first.state(), first.time
+    [rate] = first.terms.node_contacts[0].rates
+    assert fields.read(rate.extension).max() > 0.0
+    static = start(build(scene, "time.procedure=static", "time.settle=null"))
+    static.take_over(state, time)
+    [rate] = static.terms.node_contacts[0].rates
+    assert not fields.read(rate.extension).any()
 
 
 def contact_forces(solver):
