@@ -161,7 +161,7 @@ def adhesions(
     found: list[Adhesion | None] = []
     for wall in walls:
         areas = np.stack([areas_at(surface) for surface in wall.names], axis=2)
-        refuse_different_rates(names, laws, areas)
+        refuse_different_rates(names, dict(zip(specs, laws, strict=True)), areas)
         adhesion = Adhesion.of_areas(laws, areas, contact.penalty_stiffness, softest)
         refuse_unresolved_range(names, wall, adhesion, contact.penalty_stiffness)
         found.append(adhesion if areas.any() else None)
@@ -180,18 +180,24 @@ def separation_rate(spec: AdhesionRateSpec | None) -> SeparationRate | None:
     return SeparationRate(spec.speed, spec.exponent, fastest)
 
 
-def refuse_different_rates(names: Names, laws: Sequence[CohesiveLaw], areas: np.ndarray) -> None:
-    """Raise SceneError if laws with different rates have an area (laws, k, w) at the same node."""
-    rated = [k for k, law in enumerate(laws) if law.rate is not None]
-    entries = list(names.scene.contact.adhesion)
-    for one, other in combinations(rated, 2):
-        if laws[one].rate != laws[other].rate and (areas[[one, other]] > 0.0).all(axis=0).any():
+def refuse_different_rates(
+    names: Names, laws: Mapping[str, CohesiveLaw], areas: np.ndarray
+) -> None:
+    """Raise SceneError if laws with different rates have an area (laws, k, w) at the same node.
+
+    laws: those of the entries of contact.adhesion, by name.
+    """
+    rated = [
+        (name, law.rate, own > 0.0)
+        for (name, law), own in zip(laws.items(), areas, strict=True)
+        if law.rate is not None
+    ]
+    for (one, of_one, has_one), (other, of_other, has_other) in combinations(rated, 2):
+        if of_one != of_other and (has_one & has_other).any():
             raise names.loaded.error(
-                ("contact", "adhesion", entries[other], "rate"),
-                f"it differs from that of '{entries[one]}', and surfaces of both entries share "
-                "nodes",
-                f"give '{entries[one]}' and '{entries[other]}' the same rate, or surfaces without "
-                "a common node",
+                ("contact", "adhesion", other, "rate"),
+                f"it differs from that of '{one}', and surfaces of both entries share nodes",
+                f"give '{one}' and '{other}' the same rate, or surfaces without a common node",
             )
 
 
@@ -609,7 +615,13 @@ def pair_laws(
 
 def cohesive_law(spec: AdhesionSpec) -> CohesiveLaw:
     """Return the law of an entry of contact.adhesion."""
-    return CohesiveLaw(spec.work_of_adhesion, spec.pull_off_stress, spec.range, spec.shear_strength)
+    return CohesiveLaw(
+        spec.work_of_adhesion,
+        spec.pull_off_stress,
+        spec.range,
+        spec.shear_strength,
+        separation_rate(spec.rate),
+    )
 
 
 def refuse_unresolved_pair(

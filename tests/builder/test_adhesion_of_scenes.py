@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.contact.forces import MEASURED_AT
+from softsim.contact.adhesion import MEASURED_AT
 from softsim.errors import SceneError
 from softsim.solver.plausibility import adhesion_warnings
 
