@@ -497,6 +497,31 @@ def test_the_speed_does_not_depend_on_the_penalty_stiffness(history, record_veri
     assert work[1] == pytest.approx(work[0], rel=0.01)
 
 
+@pytest.mark.slow
+def test_a_strip_is_peeled_at_a_speed(history, record_verification):
+    """The force that peels it does not depend on the penalty stiffness; the excess is lost."""
+    forces = []
+    for stiffness in ("auto", "500 N/mm"):
+        found = history(
+            PEELED,
+            "contact.adhesion.glue.rate={speed: 10 mm/s, exponent: 0.6}",
+            "conditions.up.displacement={kind: ramp, value: 8 mm, duration: 0.27 s}",
+            f"contact.penalty_stiffness={stiffness}",
+            "time.end=0.27 s",
+        )
+        steady = found["time"] > 0.15
+        lost, work = (found[c][steady] for c in ("viscous_dissipation", "external_work"))
+        forces.append(found["pull_y"][steady].mean())
+        excess = 1.0 - 1.0 * 10e-3 / forces[-1]
+        name = f"energy lost over work of peeling, penalty {stiffness}"
+        record_verification(name, excess, (lost[-1] - lost[0]) / (work[-1] - work[0]))
+        assert lost[-1] - lost[0] == pytest.approx(excess * (work[-1] - work[0]), rel=0.08)
+        assert found["energy_error"].max() < 1e-3
+    record_verification("force that peels a strip at 30 mm/s, penalty 15 times", *forces)
+    assert forces[1] == pytest.approx(forces[0], rel=0.02)
+    assert forces[0] > 1.5 * 1.0 * 10e-3
+
+
 TOUCHED_AND_PULLED = [(0.0, 0.0), (0.1e-3, -10e-6), (10e-3, 1.0)]  # 10 nm in, then 0.1 m/s
 
 
