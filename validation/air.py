@@ -10,6 +10,7 @@ from validation.thesis import HIGHEST
 
 INFLATION_RATE = 46.0  # kPa/s
 HOLD = 0.2  # s
+FULL = 2.0  # s, rise and hold of robot:pfr/air_line
 
 
 def deflation(
@@ -36,6 +37,15 @@ def natural_deflation(
     rises = _rises(highest, lowest, cycles, INFLATION_RATE)
     fall = time_constant * math.log(highest / lowest)
     return _overrides(profile, rises + cycles * (HOLD + fall))
+
+
+def deflation_on_gauge(rate: float, lowest: float) -> tuple[str, ...]:
+    """One cycle of robot:pfr/air_line, down to `lowest` [kPa] on the gauge at `rate` [kPa/s]."""
+    return (
+        f"loads.air.profile.deflation_rate={rate} kPa/s",
+        f"loads.air.profile.lowest={lowest} kPa",
+        f"time.end={math.ceil(1e3 * (FULL + (HIGHEST - lowest) / rate))} ms",
+    )
 
 
 def _rises(highest: float, lowest: float, cycles: int, rate: float) -> float:

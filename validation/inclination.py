@@ -2,8 +2,8 @@
 
 Mode 3 at 192 Hz with the most effective parameters (Table 6.2). Motion happens while the pressure
 falls (6.3.1): the speed is the displacement of that time over the time of the whole cycle.
-The runs at 90 degrees are those of `lowest_pressure`, down to P_M3^S; two level ones are those of
-`deflation_rate`. The thesis does not say at which angles it measured.
+The level runs in two pipes are those of `deflation_rate`. The thesis does not say at which angles
+it measured.
 Digitised points: pipe_mm, angle_deg, speed_mm_s.
 """
 
@@ -18,7 +18,6 @@ from validation.cases import THINNED, Case, Outcomes
 from validation.command import command
 from validation.deflation_rate import case as level
 from validation.digitised import Points, deviation
-from validation.lowest_pressure import vertical
 from validation.motion import MILLI, NAN, History, falls
 from validation.pipes import LOOKS
 from validation.script import Script
@@ -40,13 +39,9 @@ def label(pipe: int, angle: int) -> str:
 def case(pipe: int, angle: int) -> Case:
     """One cycle upwards in a pipe [mm] at an angle [deg]."""
     if angle == 0:
-        shared = level(pipe, EFFECTIVE_RATE[pipe])
-    elif angle == 90:
-        shared = vertical(pipe)
-    else:
-        overrides = (*upwards(pipe, angle, LOWEST[pipe]), *THINNED)
-        return Case(label(pipe, angle), f"pfr_{pipe}mm.yaml", overrides)
-    return replace(shared, name=label(pipe, angle))
+        return replace(level(pipe, EFFECTIVE_RATE[pipe]), name=label(pipe, angle))
+    overrides = (*upwards(pipe, angle, LOWEST[pipe]), *THINNED)
+    return Case(label(pipe, angle), f"pfr_{pipe}mm.yaml", overrides)
 
 
 def cases() -> list[Case]:

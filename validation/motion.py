@@ -1,7 +1,7 @@
 """What a history says of how the robot moved.
 
-A history has time [s], pressure [Pa] and frame_x [m], (rows,) each. A run that failed has an empty
-one: its numbers are NaN.
+A history has time [s], pressure [Pa] and frame_x [m], (rows,) each; with an air line the pressure
+is that of the gauge. A run that failed has an empty one: its numbers are NaN.
 """
 
 from collections.abc import Mapping
@@ -86,7 +86,9 @@ def falls(history: History) -> list[Fall]:
     """The pressure cycles of a run, without one that is not finished; none of a run that failed."""
     if not history:
         return []
-    t, p, x = history["time"], history["pressure"], history["frame_x"]
+    # An air line keeps its gauge within a band around the wanted pressure.
+    p = history["wanted_pressure" if "wanted_pressure" in history else "pressure"]
+    t, x = history["time"], history["frame_x"]
     change = np.sign(np.diff(p)).astype(int)
     found, first = [], 0
     for begin in fall_begins(p):

@@ -25,10 +25,14 @@ def upwards(pipe: int, angle: int, lowest: float) -> tuple[str, ...]:
 
     pipe: diameter [mm]. angle: inclination [deg].
     """
+    air = deflation(EFFECTIVE_RATE[pipe], lowest, inflation_rate=AT_ONCE)
+    return (*standing(angle), "time.settle=null", *air)
+
+
+def standing(angle: int) -> tuple[str, ...]:
+    """Inclination [deg], safety line, and half of the weight along the axis."""
     return (
         f"environment.inclination={angle} deg",
-        "time.settle=null",
         f"loads.line={LINE}",
         f"loads.relief={{kind: axial_relief, acts_on: frame, share: {1.0 - 1.0 / RING:g}}}",
-        *deflation(EFFECTIVE_RATE[pipe], lowest, inflation_rate=AT_ONCE),
     )

@@ -35,6 +35,7 @@ from validation.digitised import Points
 from validation.motion import MILLI, NAN, displacement_while_falling, falls, speed_after
 from validation.pull import pull_of
 from validation.script import Script
+from validation.slope import upwards
 from validation.statements import (
     CLIMBS,
     CONTACT_ROWS,
@@ -123,7 +124,9 @@ class Robot:
 
 
 SPACE = Robot("space", "_3d", "pfr_solid", 1.0, BLUE, Case("", "pfr_vertical_3d.yaml", THINNED))
-SECTION = Robot("section", "", "pfr", RING, ORANGE, lowest_pressure.vertical(PIPE))
+CLIMB = upwards(PIPE, 90, LOWEST_VERTICAL[PIPE] - lowest_pressure.LOWER)
+IN_VERTICAL = Case("", f"pfr_{PIPE}mm.yaml", (*CLIMB, *THINNED))
+SECTION = Robot("section", "", "pfr", RING, ORANGE, IN_VERTICAL)
 ROBOTS = (SPACE, SECTION)
 Claim = tuple[Statement, str, str, Finding, list[Outcome]]
 """Statement, claim, reference, finding, and the runs behind it."""
