@@ -1,6 +1,7 @@
 """`python -m validation`: all scripts, one page for the thesis and one for published data."""
 
 from validation import (
+    adhesion,
     contact_rows,
     convergence,
     critical_zones,
@@ -47,6 +48,7 @@ SCRIPTS = [
     reach.SCRIPT,
     sensing.SCRIPT,
     space.SCRIPT,
+    adhesion.SCRIPT,
     spike_patches.SCRIPT,
     materials.SCRIPT,
     leafbot.SCRIPT,

@@ -29,16 +29,18 @@ from validation.space import (
     SPACE,
     Claim,
     Robot,
+    counted,
     cycle,
     draw_falls,
     held,
     motion,
+    side_by_side,
     touch_and_pull,
     upright,
     vertical,
 )
 from validation.thesis import BEST_FREQUENCY, HIGHEST, HIGHESTS, PIPES, STATED
-from validation.verdicts import AGREES, IN_SECTION, IN_SPACE, TRIAL, VERDICTS, Finding, Row, row
+from validation.verdicts import IN_SECTION, IN_SPACE, TRIAL, VERDICTS, Row, row
 
 NAME = "sleeve_hypotheses"
 C10, C20, C30 = STATED
@@ -104,32 +106,11 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:
     """How many statements each hypothesis agrees with; then claim by claim, a model a table."""
-    counts = tuple(counted(outcomes, robot) for robot in ROBOTS)
+    counts = tuple(counted(robot, claims(outcomes, robot)) for robot in ROBOTS)
     yield Listing("Statements, by hypothesis", ("hypothesis", *VERDICTS), counts)
     for model in (SECTION, SPACE):
-        yield side_by_side(outcomes, model)
-
-
-def counted(outcomes: Outcomes, robot: Robot) -> tuple[str, ...]:
-    """The hypothesis and how many claims have each verdict."""
-    verdicts = [found.verdict for *_, found, _ in claims(outcomes, robot)]
-    return robot.name, *(str(verdicts.count(verdict)) for verdict in VERDICTS)
-
-
-def side_by_side(outcomes: Outcomes, model: Robot) -> Listing:
-    """A claim a line, a hypothesis a column; what agrees is marked."""
-    columns = [list(claims(outcomes, robot)) for robot in robots(model)]
-    lines = []
-    for told in zip(*columns, strict=True):
-        _, claim, reference, *_ = told[0]
-        lines.append((claim, reference, *(cell(found) for *_, found, _ in told)))
-    headings = ("claim", "thesis", *HYPOTHESES)
-    return Listing(f"Claim by claim, {model.name}; + agrees", headings, tuple(lines))
-
-
-def cell(found: Finding) -> str:
-    """What was computed, marked where it agrees."""
-    return f"+ {found.computed}" if found.verdict == AGREES else found.computed
+        columns = [claims(outcomes, robot) for robot in robots(model)]
+        yield side_by_side(f"Claim by claim, {model.name}; + agrees", HYPOTHESES, columns)
 
 
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:

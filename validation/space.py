@@ -34,7 +34,7 @@ from validation.critical_zones import CLAIMED, is_passed, report, verdict
 from validation.digitised import Points
 from validation.motion import MILLI, NAN, displacement_while_falling, falls, speed_after
 from validation.pull import pull_of
-from validation.script import Script
+from validation.script import Listing, Script
 from validation.slope import upwards
 from validation.statements import (
     CLIMBS,
@@ -68,6 +68,7 @@ from validation.verdicts import (
     DISAGREES,
     IN_SPACE,
     UNKNOWN,
+    VERDICTS,
     Finding,
     Row,
     above,
@@ -341,6 +342,28 @@ def branches(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
     upward = outcomes[through(robot, BRANCH_UP).name]
     claim = "does not pass a T branch in a vertical plane"
     yield statements.BRANCH_UP, claim, "not passed (6.6, 7.2.4)", is_not_passed(upward), [upward]
+
+
+def counted(robot: Robot, claims: Iterable[Claim]) -> tuple[str, ...]:
+    """Return the robot and how many of its claims have each verdict, as a line of a table."""
+    verdicts = [found.verdict for *_, found, _ in claims]
+    return robot.name, *(str(verdicts.count(verdict)) for verdict in VERDICTS)
+
+
+def side_by_side(
+    title: str, headings: Iterable[str], columns: Iterable[Iterable[Claim]]
+) -> Listing:
+    """Return a table with a claim a line and a robot a column; what agrees is marked."""
+    lines = []
+    for told in zip(*columns, strict=True):
+        _, claim, reference, *_ = told[0]
+        lines.append((claim, reference, *(cell(found) for *_, found, _ in told)))
+    return Listing(title, ("claim", "thesis", *headings), tuple(lines))
+
+
+def cell(found: Finding) -> str:
+    """Return what was computed, marked where it agrees."""
+    return f"+ {found.computed}" if found.verdict == AGREES else found.computed
 
 
 def is_not_passed(outcome: Outcome) -> Finding:
