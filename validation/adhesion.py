@@ -130,11 +130,11 @@ SCRIPT = Script(
     model=TRIAL,
     figure="adhesion of the spikes",
     about=(
-        "The robot in space with adhesion of its spikes to the pipe, which theory bounds and nobody "
-        f"measured: work of adhesion {WORK:g} J/m^2, pull-off stresses of "
-        f"{', '.join(f'{stress:g}' for stress in STRESSES)} kPa. One cycle with natural deflation a "
-        "pipe, and vibration without air at four frequencies. Drawn: displacement over the falling "
-        "pressure, P_M3^S dashed; speed over frequency."
+        "The robot in space with adhesion of its spikes to the pipe, which theory bounds and "
+        f"nobody measured: work of adhesion {WORK:g} J/m^2, pull-off stresses of "
+        f"{', '.join(f'{stress:g}' for stress in STRESSES)} kPa. One cycle with natural deflation "
+        "a pipe, and vibration without air at four frequencies. Drawn: displacement over the "
+        "falling pressure, P_M3^S dashed; speed over frequency."
     ),
     cases=cases,
     rows=rows,
