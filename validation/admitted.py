@@ -39,7 +39,7 @@ class Condition:
 
 
 def admitted(condition: Condition, values: np.ndarray) -> np.ndarray:
-    """Whether each of `values` (n,) fits (n,); an undecided one does not."""
+    """Return True (n,) for values that fit; an undecided one does not."""
     return np.array([condition.judge(float(value)).verdict == AGREES for value in values])
 
 

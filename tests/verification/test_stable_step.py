@@ -216,7 +216,7 @@ SOFTENING = "mullins: {r: 1.5, m: 1 kPa, beta: 0.2}"
     ("formulation", "law"), [("plane_strain", OGDEN), ("solid", YEOH)], ids=["ogden", "yeoh"]
 )
 def test_of_a_material_that_softens(limits, record_verification, formulation, law):
-    """Where unloading begins the tangent is stiffer than on loading, after much unloading softer.
+    """Compare the bound with the exact step at the beginning of unloading and after much unloading.
 
     The largest energy densities are written into the solver. The bound holds for all of them, so it
     is far below the exact step after much unloading.
