@@ -45,8 +45,7 @@ def robot(stress: float) -> Robot:
     law = f"work_of_adhesion: {WORK} J/m^2, pull_off_stress: {stress:g} kPa"
     sticky = (f"contact.adhesion={{spikes: {{{law}, surfaces: [skin.spikes]}}}}",)
     overrides = sticky if stress else ()
-    name = f"{stress:g} kPa, {SPACE.name}"
-    return replace(SPACE, name=name, colour=STRESSES[stress], overrides=overrides)
+    return replace(SPACE, name=f"{stress:g} kPa", colour=STRESSES[stress], overrides=overrides)
 
 
 ROBOTS = [robot(stress) for stress in STRESSES]
@@ -74,7 +73,9 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     for robot in ROBOTS:
         if robot.overrides:
             for statement, claim, reference, found, behind in claims(outcomes, robot):
-                yield row(statement, f"{robot.name}: {claim}", reference, found, behind)
+                yield row(
+                    statement, f"pull-off stress {robot.name}: {claim}", reference, found, behind
+                )
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:

@@ -390,7 +390,8 @@ def draw_falls(panels: np.ndarray, outcomes: Outcomes, robots: Iterable[Robot]) 
         axes.axvline(LOWEST[pipe], color=QUIET, linewidth=0.8, linestyle="--")
         axes.axhline(0.0, color=INK, linewidth=0.6)
         axes.set(title=f"{pipe} mm pipe", xlabel="pressure, falling [kPa]")
-    panels[0].set(ylabel="displacement [mm]", xlim=(HIGHEST, displacement.END))
+        axes.set_xlim(HIGHEST, displacement.END)
+    panels[0].set_ylabel("displacement [mm]")
 
 
 def draw_fall(axes: Axes, outcome: Outcome, robot: Robot) -> None:
