@@ -40,7 +40,7 @@ def natural_deflation(
 
 
 def deflation_on_gauge(rate: float, lowest: float) -> tuple[str, ...]:
-    """One cycle of robot:pfr/air_line, down to `lowest` [kPa] on the gauge at `rate` [kPa/s]."""
+    """Return one cycle of robot:pfr/air_line, to `lowest` [kPa] on the gauge at `rate` [kPa/s]."""
     return (
         f"loads.air.profile.deflation_rate={rate} kPa/s",
         f"loads.air.profile.lowest={lowest} kPa",

@@ -86,17 +86,19 @@ def falls(history: History) -> list[Fall]:
     """The pressure cycles of a run, without one that is not finished; none of a run that failed."""
     if not history:
         return []
-    # An air line keeps its gauge within a band around the wanted pressure.
-    p = history["wanted_pressure" if "wanted_pressure" in history else "pressure"]
-    t, x = history["time"], history["frame_x"]
-    change = np.sign(np.diff(p)).astype(int)
+    t, p, x = history["time"], history["pressure"], history["frame_x"]
+    # An air line keeps its gauge within a band around the wanted pressure, which falls steadily.
+    wanted = history.get("wanted_pressure", p)
+    change = np.sign(np.diff(wanted)).astype(int)
     found, first = [], 0
-    for begin in fall_begins(p):
+    for begin in fall_begins(wanted):
         # It ends where the pressure no longer falls.
         after = np.flatnonzero(change[begin:] >= 0)
         end = begin + int(after[0]) if len(after) else len(p) - 1
         whole = slice(first, end + 1)
-        found.append(Fall(t[whole], p[whole], x[whole], int(begin) - first))
+        lowest = np.minimum.accumulate(p[begin : end + 1])  # so far, as the valve lets air out
+        pressure = np.concatenate([p[first:begin], lowest])
+        found.append(Fall(t[whole], pressure, x[whole], int(begin) - first))
         first = end
     return found
 

@@ -30,7 +30,7 @@ def upwards(pipe: int, angle: int, lowest: float) -> tuple[str, ...]:
 
 
 def standing(angle: int) -> tuple[str, ...]:
-    """Inclination [deg], safety line, and half of the weight along the axis."""
+    """Return the overrides of an inclined pipe [deg]: safety line, half of the weight along it."""
     return (
         f"environment.inclination={angle} deg",
         f"loads.line={LINE}",

@@ -261,7 +261,9 @@ def refuse_unresolved_range(names: Names, wall: Wall, adhesion: Adhesion, k_n: n
     if (reach < depth).any():
         worst = int(np.argmax(depth / reach))
         raise names.loaded.error(
-            ("contact", "adhesion"), SHORTER_THAN_DEPTH, longer_range(reach[worst], depth[worst])
+            ("contact", "adhesion"),
+            SHORTER_THAN_DEPTH,
+            longer_than_depth(reach[worst], depth[worst]),
         )
     longest = adhesion.longest_reach[adheres].max(initial=0.0)
     if longest > wall.band():
@@ -284,6 +286,8 @@ REFERENCE_STRAIN = 0.1
 SELF = ""
 # Longest range of adhesion between bodies over the smallest facet.
 LONGEST_RANGE = 0.5
+# Ratio of facet sizes up to which both sides contribute to the area that adheres.
+ALIKE = 1.5
 
 
 def self_contact(
@@ -327,7 +331,7 @@ def self_contact(
 
     point_group, is_in = point_groups(contact_surfaces(settings, by_name), nodes, facets)
     friction = friction_between(settings, is_in)
-    softest, least = float(per_area.min()), float(longest.min())
+    surfaces_named = Surfaces(facets, longest, per_area, by_name, is_in, friction >= 0.0)
     data = SelfContactData(
         nodes=nodes,
         facets=facets,
@@ -345,7 +349,7 @@ def self_contact(
         point_group=point_group,
         may_touch=friction >= 0.0,
         friction_coefficient=friction,
-        adhesion=pair_laws(names, bodies, by_name, is_in, friction >= 0.0, softest, least),
+        adhesion=pair_laws(names, bodies, surfaces_named),
     )
     is_rigid = np.isin(nodes, facets[np.isinf(moduli)])
     return replace(data, damping_time=damping_times(settings.damping_ratio, data, mass, is_rigid))
@@ -561,7 +565,9 @@ def friction_between(settings: Contact, is_in: Mapping[str, np.ndarray]) -> np.n
 
 
 def either_way(is_in: Mapping[str, np.ndarray], between: tuple[str, str]) -> np.ndarray:
-    """Return True (groups, groups) for groups of which each is in another one of two surfaces."""
+    """Return True (groups, groups) where one group is in the first surface and the other in the
+    second.
+    """
     one, other = (is_in[name] for name in between)
     both: np.ndarray = np.outer(one, other) | np.outer(other, one)
     return both
@@ -572,45 +578,109 @@ def between_bodies(settings: Contact) -> dict[str, AdhesionSpec]:
     return {name: spec for name, spec in settings.adhesion.items() if spec.between is not None}
 
 
-def pair_laws(
-    names: Names,
-    bodies: Sequence[Body],
-    by_name: Mapping[str, np.ndarray],
-    is_in: Mapping[str, np.ndarray],
-    may_touch: np.ndarray,
-    softest: float,
-    least: float,
-) -> PairLaws | None:
+@dataclass(frozen=True)
+class Surfaces:
+    """Facets (f, d) that touch, their side lengths [m] and contact stiffness per area [Pa/m] (f,).
+
+    by_name: facets of the surfaces that the scene names. is_in: for each, True (groups,) for the
+    groups in it. may_touch: True (groups, groups) for groups in contact with each other.
+    """
+
+    facets: np.ndarray
+    sizes: np.ndarray
+    stiffness: np.ndarray
+    by_name: Mapping[str, np.ndarray]
+    is_in: Mapping[str, np.ndarray]
+    may_touch: np.ndarray
+
+    def facets_in(self, name: str) -> np.ndarray:
+        """Return True (f,) for the facets of a surface."""
+        return are_among(self.facets, [self.by_name[name]])
+
+
+def pair_laws(names: Names, bodies: Sequence[Body], surfaces: Surfaces) -> PairLaws | None:
     """Return the adhesion between groups, or None where nothing adheres. The last of several
     entries counts.
 
-    softest: smallest contact stiffness per area [Pa/m]. least: length of the smallest facet [m].
-    Raises SceneError for surfaces that do not touch each other, and ranges that are not resolved.
+    Raises SceneError for entries without effect, rigid bodies among themselves, and ranges that are
+    not resolved.
     """
     specs = between_bodies(names.scene.contact)
     if not specs:
         return None
-    work, stress, length = np.zeros((3, *may_touch.shape))
-    strength, zone = np.full(may_touch.shape, -1.0), np.inf
-    for name, spec in specs.items():
+    shape = surfaces.may_touch.shape
+    work, stress, length, tau = np.zeros((4, *shape))
+    portion, owner, zones = np.full(shape, 0.5), np.full(shape, -1), []
+    for number, (name, spec) in enumerate(specs.items()):
         assert spec.between is not None
-        keys: Keys = ("contact", "adhesion", name)
-        own = either_way(is_in, spec.between) & may_touch
+        law, own = cohesive_law(spec), either_way(surfaces.is_in, spec.between) & surfaces.may_touch
         if not own.any():
             raise names.loaded.error(
-                (*keys, "between"),
+                ("contact", "adhesion", name, "between"),
                 "these surfaces are not in contact with each other",
                 f"add {{between: [{', '.join(spec.between)}]}} to contact.pairs",
             )
-        law = cohesive_law(spec)
-        found = float(law.stress(np.array(1.0 / softest)))
-        refuse_unresolved_pair(names, keys, law, found, softest, least)
-        work[own], stress[own] = law.work, law.pull_off_stress or 0.0
+        zones.append(resolved_zone(names, name, law, bodies, surfaces))
+        owner[own], work[own], stress[own] = number, law.work, law.pull_off_stress or 0.0
         length[own] = law.range or 0.0
-        strength[own] = -1.0 if law.shear_strength is None else law.shear_strength
-        compliance = sum(1.0 / least_modulus(bodies, by_name[side]) for side in spec.between)
-        zone = min(zone, law.work / compliance / found**2)
-    return PairLaws(work, stress, length, strength, zone)
+        tau[own] = -1.0 if law.shear_strength is None else law.shear_strength
+        ordered = finer_first(surfaces, spec.between)
+        if ordered is not None:
+            finer, coarser = (surfaces.is_in[side] for side in ordered)
+            portion[np.outer(finer, coarser) & own] = 1.0
+            portion[np.outer(coarser, finer) & own] = 0.0
+    for number, name in enumerate(specs):
+        if not (owner == number).any():
+            raise names.loaded.error(
+                ("contact", "adhesion", name),
+                "it has no effect: later entries name the same surfaces",
+                "leave it out, or put it after them",
+            )
+    zone, size = min(zones, key=lambda found: found[0] / found[1])
+    return PairLaws(work, stress, length, tau, portion, zone, size)
+
+
+def finer_first(surfaces: Surfaces, between: tuple[str, str]) -> tuple[str, str] | None:
+    """Return the surface whose points contribute the whole area and the other one, None if both
+    contribute half.
+
+    Points that stand for more than the facets opposite would adhere where nothing is.
+    """
+    sizes = {side: float(np.median(surfaces.sizes[surfaces.facets_in(side)])) for side in between}
+    finer, coarser = sorted(between, key=lambda side: sizes[side])
+    return (finer, coarser) if sizes[coarser] > ALIKE * sizes[finer] else None
+
+
+def resolved_zone(
+    names: Names, name: str, law: CohesiveLaw, bodies: Sequence[Body], surfaces: Surfaces
+) -> tuple[float, float]:
+    """Return the length of the cohesive zone and the size of the largest facet [m] of an entry.
+
+    Raises SceneError for two rigid bodies, and for a range that is shorter than the depth of the
+    penalty contact, or longer than the distance in which facets are found.
+    """
+    keys: Keys = ("contact", "adhesion", name)
+    between = names.scene.contact.adhesion[name].between or ("", "")
+    compliance = sum(1.0 / least_modulus(bodies, surfaces.by_name[side]) for side in between)
+    if compliance == 0.0:
+        raise names.loaded.error(
+            (*keys, "between"), "both bodies are rigid", "name at least one deformable body"
+        )
+    own = surfaces.facets_in(between[0]) | surfaces.facets_in(between[1])
+    stiffness, sizes = surfaces.stiffness[own], surfaces.sizes[own]
+    of_soft, of_stiff = (float(law.stress(1.0 / k)) for k in (stiffness.min(), stiffness.max()))
+    depth = of_soft / float(stiffness.min())
+    reach, least = 2.0 * law.work / of_soft - depth, float(sizes.min())
+    if reach < depth:
+        raise names.loaded.error(keys, SHORTER_THAN_DEPTH, longer_than_depth(reach, depth))
+    if reach > LONGEST_RANGE * least:
+        raise names.loaded.error(
+            keys,
+            f"its range is {1e3 * reach:.3g} mm, and the smallest facet is {1e3 * least:.3g} mm: "
+            f"bodies attract each other over at most {LONGEST_RANGE:g} of a facet",
+            "raise pull_off_stress or set a shorter range, or use larger elements",
+        )
+    return law.work / compliance / of_stiff**2, float(sizes.max())
 
 
 def cohesive_law(spec: AdhesionSpec) -> CohesiveLaw:
@@ -624,28 +694,7 @@ def cohesive_law(spec: AdhesionSpec) -> CohesiveLaw:
     )
 
 
-def refuse_unresolved_pair(
-    names: Names, keys: Keys, law: CohesiveLaw, stress: float, softest: float, least: float
-) -> None:
-    """Raise SceneError if the range of a law is shorter than the depth of the penalty contact, or
-    longer than the distance in which facets are found.
-
-    stress: s [Pa]; the others as in `pair_laws`.
-    """
-    depth = stress / softest
-    reach = 2.0 * law.work / stress - depth
-    if reach < depth:
-        raise names.loaded.error(keys, SHORTER_THAN_DEPTH, longer_range(reach, depth))
-    if reach > LONGEST_RANGE * least:
-        raise names.loaded.error(
-            keys,
-            f"its range is {1e3 * reach:.3g} mm, and the smallest facet is {1e3 * least:.3g} mm: "
-            f"bodies attract each other over at most {LONGEST_RANGE:g} of a facet",
-            "raise pull_off_stress or set a shorter range, or use larger elements",
-        )
-
-
-def longer_range(reach: float, depth: float) -> str:
+def longer_than_depth(reach: float, depth: float) -> str:
     """Return what to change where the range is shorter than the depth [m]."""
     return (
         f"lower pull_off_stress by a factor of {np.sqrt(2.0 * depth / (reach + depth)):.3g} or "

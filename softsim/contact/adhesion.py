@@ -46,8 +46,8 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from softsim.compute import fields
-from softsim.compute.fields import real_field
+from softsim.compute import backend, fields
+from softsim.compute.fields import index_field, real_field
 from softsim.compute.term import PerScenario
 from softsim.contact.forces import BEFORE_START
 
@@ -310,8 +310,8 @@ class NodalRate:
         """
         opened_at, dissipated = self.opened_at[s, i, w], gap * 0.0
         if opened_at > BEFORE_START and gap > MEASURED_AT * self.reach[s, i, w]:
-            share = ti.min(gap / ((t - opened_at) * self.fastest[s, i, w]), 1.0)
-            self.extension[s, i, w] = share ** self.exponent[s, i, w]
+            speed_ratio = ti.min(gap / ((t - opened_at) * self.fastest[s, i, w]), 1.0)
+            self.extension[s, i, w] = speed_ratio ** self.exponent[s, i, w]
             self.opened_at[s, i, w] = BEFORE_START
         extension = self._extension(s, i, w)
         if extension > 0.0 and gap > self.reach[s, i, w] + extension:
@@ -337,16 +337,19 @@ class NodalRate:
 class PairLaws:
     """Adhesion between the groups of the surfaces of bodies.
 
-    work w [J/m^2], stress s [Pa], range h [m] and shear_strength tau [Pa], (groups, groups) each: w
-    is zero where nothing adheres, either s or h, tau is negative where friction is mu N. zone:
-    shortest cohesive zone E* w / s^2 [m].
+    Arrays (groups, groups): work w [J/m^2], zero where nothing adheres; either stress s [Pa] or
+    range h [m]; shear_strength tau [Pa], negative where friction is mu N; portion of the area that
+    the points of the first group contribute, the rest comes from those of the second. zone: length
+    E* w / s^2 [m] of the cohesive zone that the facets, up to size [m], resolve worst.
     """
 
     work: PerScenario[np.ndarray]
     stress: PerScenario[np.ndarray]
     range: PerScenario[np.ndarray]
     shear_strength: PerScenario[np.ndarray]
+    portion: np.ndarray
     zone: PerScenario[float]
+    size: PerScenario[float]
 
     @property
     def farthest(self) -> float:
@@ -359,8 +362,8 @@ class PairLaws:
 class PairAdhesion(NodalAdhesion):
     """Adhesion of `count` points of surfaces to facets; one entry of `laws` a scenario.
 
-    Attraction and reach of a point are determined when it comes near a facet, and stay constant
-    until it is out of reach, as its stiffness does.
+    State of a point, (scenarios, count): group of the facet that it is near, -1 for none yet, and
+    the area [m^2] with which it adheres to that group, determined when it met it.
     """
 
     def __init__(self, laws: Sequence[PairLaws], count: int) -> None:
@@ -371,10 +374,15 @@ class PairAdhesion(NodalAdhesion):
         self.stress = real_field(np.stack([each.stress for each in laws]))
         self.range = real_field(np.stack([each.range for each in laws]))
         self.shear_strength = real_field(np.stack([each.shear_strength for each in laws]))
+        self.portion = real_field(laws[0].portion)
+        self.group = index_field(np.full((len(laws), count), -1))
+        self.area = real_field(np.zeros((len(laws), count)))
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Return the fields that a checkpoint stores."""
         return {
+            "adhering_group": self.group,
+            "adhering_area": self.area,
             "attraction": self.attraction,
             "reach": self.reach,
             "shear": self.shear,
@@ -391,23 +399,30 @@ class PairAdhesion(NodalAdhesion):
         return self.work[s, one, other] > 0.0
 
     @ti.func
-    def meet(self, s, i, one, other, area, k_n):
-        """Determine the adhesion of point i of group `one` to a facet of group `other`.
+    def law(self, s, one, other, compliance):
+        """Return w [J/m^2], s [Pa], tau [Pa] and the part of s that tau replaces, of two groups.
 
-        area: A [m^2]. k_n: stiffness of the point [N/m].
+        compliance: c = A / k_n [m/Pa].
         """
-        F, reach, shear, sheared = ti.Vector([0.0, 1.0, 0.0, 0.0])
-        if area > 0.0 and k_n > 0.0:
-            work, half = self.work[s, one, other], 0.5 * self.range[s, one, other]
-            stress = self.stress[s, one, other]
-            if half > 0.0:
-                stress = 2.0 * work / (half + ti.sqrt(half * half + 2.0 * work * area / k_n))
-            F = stress * area
-            reach = 2.0 * work * area / F - F / k_n
-            if self.shear_strength[s, one, other] >= 0.0:
-                shear, sheared = self.shear_strength[s, one, other] * area, F
+        work, half = self.work[s, one, other], 0.5 * self.range[s, one, other]
+        stress, tau, sheared = self.stress[s, one, other], self.shear_strength[s, one, other], 0.0
+        if half > 0.0:
+            stress = 2.0 * work / (half + ti.sqrt(half * half + 2.0 * work * compliance))
+        if tau >= 0.0:
+            sheared = stress
+        return ti.Vector([work, stress, ti.max(tau, 0.0), sheared])
+
+    @ti.func
+    def act(self, s, i, law, k_n):
+        """Let point i adhere by a law, as `law` returns it. k_n: its stiffness [N/m]."""
+        area = self.area[s, i]
+        if k_n == 0.0:
+            area = 0.0
+        F, reach = law[1] * area, ti.cast(1.0, backend.real)
+        if F > 0.0:
+            reach = 2.0 * law[0] * area / F - F / k_n
         self.attraction[s, i, 0], self.reach[s, i, 0] = F, reach
-        self.shear[s, i, 0], self.sheared[s, i, 0] = shear, sheared
+        self.shear[s, i, 0], self.sheared[s, i, 0] = law[2] * area, law[3] * area
 
     @ti.func
     def reach_of(self, s, i):

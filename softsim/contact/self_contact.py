@@ -10,7 +10,8 @@ relative to the location on the facet, and rotates with the tangent plane.
 
 The stiffness of a point is determined when it meets a facet and stays constant until it leaves
 (`DeformableSurface.facing_fraction`), so its springs have a potential. So has the attraction of
-surfaces that adhere: a point meets a facet when it comes within its reach. Beyond an end of the
+surfaces that adhere: a point meets a facet when it comes within its reach, and the area with which
+it adheres stays constant as long as it is near facets of the same group. Beyond an end of the
 surface both fade out alike.
 """
 
@@ -58,11 +59,10 @@ class SelfContact(Dissipation):
     adhesions: laws of adhesion in each scenario; none where nothing adheres.
 
     Fields, (scenarios, k): facet that a point touches or that attracts it, or -1; gap [m], zero
-    without one;
-    fraction of its stiffness that acts on that facet, and phi, that of it which is left beyond an
-    end of the surface; stretch (d) of the friction's spring [m], friction (d) [N]; pressing, the
-    normal force [N]; deepest, the largest penetration so far [m]; friction_dissipation and
-    damping_dissipation [J].
+    without one; fraction of its stiffness that acts on that facet, and phi, that of it which is
+    left beyond an end of the surface; stretch (d) of the friction's spring [m], friction (d) [N];
+    pressing, the normal force [N]; deepest, the largest penetration so far [m];
+    friction_dissipation and damping_dissipation [J].
     """
 
     def __init__(
@@ -178,7 +178,9 @@ class SelfContact(Dissipation):
             gap, n, U, phi, fading = self._gap(s, i, X, f, w, x, outward)
             rate = n.dot(v - V.transpose() @ U)
             if self.facet[s, i] < 0 and gap < self.farthest:
-                self._meet(s, i, X, f)
+                self.fraction[s, i] = self.surface.facing_fraction(s, i, X, f)
+            if gap < self.farthest:
+                self._adhere(s, i, X, f, gap)
             reach = ti.cast(0.0, backend.real)
             for adhesion in ti.static(self.adhesion):
                 reach = adhesion.reach_of(s, i)
@@ -193,19 +195,46 @@ class SelfContact(Dissipation):
             self._lose_contact(s, i, rate, dt)
 
     @ti.func
-    def _meet(self, s, i, X, f):
-        """Determine the stiffness of point i and its adhesion at facet f with its corners at X."""
-        self.fraction[s, i] = self.surface.facing_fraction(s, i, X, f)
+    def _adhere(self, s, i, X, f, gap):
+        """Determine the adhesion of point i to facet f with its corners at X.
+
+        Where the point slides to another group of facets, the difference of the potentials counts
+        as dissipated.
+        """
+        other = self.surface.facet_group(f)
         for adhesion in ti.static(self.adhesion):
-            k_n = self.fraction[s, i] * self.penalty_stiffness[i]
-            one, other = self.surface.point_group[i], self.surface.facet_group(f)
-            adhesion.meet(s, i, one, other, self._adhering_area(s, i, X, f), k_n)
+            is_new = self.facet[s, i] < 0 or adhesion.group[s, i] != other
+            slid = self.facet[s, i] >= 0 and is_new and adhesion.group[s, i] >= 0
+            before = self.phi[s, i] * adhesion.energy(s, i, 0, gap)
+            portion = adhesion.portion[self.surface.point_group[i], other]
+            whole = portion * self.surface.point_area[i]
+            if is_new:
+                adhesion.group[s, i] = other
+                adhesion.area[s, i] = whole * self._facing_area(s, i, X, f)
+            # Both half passes press where one of them adheres.
+            k_n = 2.0 * portion * self.fraction[s, i] * self.penalty_stiffness[i]
+            law, adhering = ti.Vector.zero(backend.real, 4), ti.cast(0.0, backend.real)
+            compliance = ti.cast(0.0, backend.real)
+            if k_n > 0.0:
+                compliance = adhesion.area[s, i] / k_n
+            for e in range(self.surface.first_own[i], self.surface.first_own[i + 1]):
+                g = self.surface.own_facet[e]
+                own = self.surface.facet_group(g)
+                if adhesion.adheres(s, own, other):
+                    law += self.surface.facet_area[g] * adhesion.law(s, own, other, compliance)
+                    adhering += self.surface.facet_area[g]
+            if adhering > 0.0:
+                law /= adhering
+            adhesion.act(s, i, law, k_n)
+            if slid:
+                after = self.phi[s, i] * adhesion.energy(s, i, 0, gap)
+                self.damping_dissipation[s, i] = self.damping_dissipation[s, i] + before - after
 
     @ti.func
-    def _adhering_area(self, s, i, X, f):
-        """Return the area [m^2] with which point i adheres to facet f, in one of two half passes.
+    def _facing_area(self, s, i, X, f):
+        """Return the fraction of the area of point i that adheres to facet f, projected onto it.
 
-        X: corners of f. It is the area of the point projected onto f.
+        X: corners of f.
         """
         normal, other = self.surface.shape.normal(X), self.surface.facet_group(f)
         adhering, whole = ti.Vector([0.0, 0.0])
@@ -216,7 +245,7 @@ class SelfContact(Dissipation):
                 if adhesion.adheres(s, self.surface.facet_group(g), other):
                     cosine = -normal.dot(self.surface.shape.normal(self.surface.corners(s, g)))
                     adhering += self.surface.facet_area[g] * ti.max(0.0, cosine)
-        return 0.5 * self.surface.point_area[i] * adhering / whole
+        return adhering / whole
 
     @ti.func
     def _closest_facet(self, s, i, x, outward):
@@ -229,7 +258,8 @@ class SelfContact(Dissipation):
         closest, touched = -1, self.facet[s, i]
         w = ti.Vector.zero(backend.real, self.nodes.dimension)
         deepest = self.lists.deepest[0]
-        nearest, path = deepest**2, deepest
+        # A facet that is skipped is farther than `deepest`.
+        nearest, path = deepest**2, deepest * (1.0 - EXTENSION / DEPTH) - self.farthest
         for k in range(-1, self.lists.near_facet_count[s, i]):
             f = touched
             if k >= 0:
@@ -359,11 +389,7 @@ class SelfContact(Dissipation):
         limit = self._friction_limit(s, i, f, N, sliding.norm(), t, dt)
         attraction = ti.cast(0.0, backend.real)
         for adhesion in ti.static(self.adhesion):
-            phi, mu = self.phi[s, i], self._coefficient(s, i, f)
-            attraction = phi * adhesion.force(s, i, 0, gap)
-            limit = phi * adhesion.friction_limit(s, i, 0, N / phi, mu)
-            if gap >= 0.0:
-                limit = 0.0
+            attraction = self.phi[s, i] * adhesion.force(s, i, 0, gap)
         slipped = slip(stretch, before, k_t, damping_rate, limit)
         stretch -= slipped
         friction = shear_force(stretch, before, k_t, damping_rate)
@@ -388,7 +414,7 @@ class SelfContact(Dissipation):
 
     @ti.func
     def _slide_off(self, s, i, X, w, U, x, gap, n, fading):
-        """Add the force of the fading contact at an end of the surface, which acts outwards.
+        """Add the force of the fading contact along the path s beyond an end of the surface.
 
         It is -dE/ds along the path s beyond the end, E = phi(s) times the energy without the end.
         """
@@ -404,13 +430,15 @@ class SelfContact(Dissipation):
     @ti.func
     def _friction_limit(self, s, i, f, N, speed, t, dt):
         """Return the friction limit [N] of point i, pressed with N against facet f."""
-        return self._coefficient(s, i, f) * N
-
-    @ti.func
-    def _coefficient(self, s, i, f):
-        """Return the friction coefficient of point i on facet f."""
         one, other = self.surface.point_group[i], self.surface.facet_group(f)
-        return self.friction_coefficient[s, one, other]
+        mu = self.friction_coefficient[s, one, other]
+        limit = mu * N
+        for adhesion in ti.static(self.adhesion):
+            phi = self.phi[s, i]
+            limit = phi * adhesion.friction_limit(s, i, 0, N / phi, mu)
+            if N == 0.0:  # only attracted, or held against the attraction by its dashpot
+                limit = 0.0
+        return limit
 
     @ti.func
     def _normal_energy(self, s, i, gap):

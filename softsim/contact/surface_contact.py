@@ -158,7 +158,7 @@ class SurfaceContact(NodalForces, Dissipation):
             fields.write(component, in_slots)
 
     def forget_rates(self) -> None:
-        """Return to the work of adhesion at rest, as a static procedure has it."""
+        """Return to the work of adhesion at rest, which a static procedure uses."""
         for rate in self.rates:
             rate.forget()
 

@@ -496,7 +496,7 @@ def adhesion_warnings(model: Model) -> dict[str, str]:
     found = {}
     surfaces = model.self_contact
     if surfaces is not None and surfaces.adhesion is not None:
-        zone, size = surfaces.adhesion.zone, float(surfaces.facet_size.max())
+        zone, size = surfaces.adhesion.zone, surfaces.adhesion.size
         if zone < LEAST_RESOLUTION * size:
             found["adhesion between bodies"] = unresolved_zone(zone, size)
     for wall, adhesion in zip(model.walls, model.adhesions, strict=True):

@@ -573,5 +573,9 @@ def self_friction(forces: StaticForces, contact: Any, facet: np.ndarray) -> np.n
     assert data is not None
     groups = data.point_group[len(data.nodes) :][np.maximum(facet, 0)]
     coefficients = fields.read(contact.friction_coefficient)[0]
-    limits: np.ndarray = coefficients[data.point_group, groups] * fields.read(contact.pressing)[0]
+    mu, N = coefficients[data.point_group, groups], fields.read(contact.pressing)[0]
+    limits: np.ndarray = mu * N
+    for adhesion in contact.adhesion:
+        shear, sheared = (fields.read(f)[0, :, 0] for f in (adhesion.shear, adhesion.sheared))
+        limits = np.where(N > 0.0, mu * np.maximum(N - sheared, 0.0) + shear, 0.0)
     return limits

@@ -250,3 +250,18 @@ def test_the_cohesive_zone_between_bodies_is_of_both_materials(build):
 def test_a_wrong_adhesion_of_bodies_is_refused(build, old, new, problem):
     with pytest.raises(SceneError, match=problem):
         build(BODIES.replace(old, new))
+
+
+def test_the_finer_surface_contributes_the_area(build):
+    """Half each of alike facets of 2 mm; all from facets of 1 mm opposite facets of 2 mm."""
+    for size, expected in (("2 mm", {0.5}), ("1 mm", {0.0, 1.0})):
+        model = build(BODIES, f"bodies.c.mesh.element_size={size}")
+        data = model.self_contact
+        adhering = data.adhesion.work > 0.0
+        assert set(data.adhesion.portion[adhering]) == expected
+
+
+def test_an_entry_without_effect_is_refused(build):
+    law = "{work_of_adhesion: 0.1 J/m^2, pull_off_stress: 2 kPa, between: [b.top, c.bottom]}"
+    with pytest.raises(SceneError, match="has no effect"):
+        build(BODIES, f"contact.adhesion={{one: {law}, two: {law}}}")

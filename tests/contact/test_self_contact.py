@@ -56,11 +56,46 @@ def test_forces_of_nodes_on_facets_edges_and_corners(build, fresh_taichi, text, 
     rig.contact.friction_coefficient.fill(0.4)
     rig.contact.damping.fill(1e-3)
     forces = rig.place(x, np.random.default_rng(4).standard_normal(x.shape), dt=5e-6)
-    assert depth < 0.0 or np.abs(fields.read(rig.contact.stretch)).max() > 1e-6
+    rubbing = np.abs(fields.read(rig.contact.stretch)).max()
+    assert rubbing > 1e-6 if depth > 0.0 else rubbing < 1e-15
     lift = np.zeros((len(x), 3 - model.dimension))
     moments = np.cross(np.hstack([x, lift]), np.hstack([forces, lift]))
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-13 * np.abs(forces).sum())
     np.testing.assert_allclose(moments.sum(axis=0), 0.0, atol=1e-13 * np.abs(moments).sum())
+
+
+def test_a_body_that_slides_onto_an_adhering_surface(build, fresh_taichi):
+    """It is attracted there, with the stress times its face; the potential counts as dissipated.
+
+    Of its own points, which slid; those of the lower body, with the other half of the area, are put
+    into contact anew.
+    """
+    model = build(
+        PLANE.replace("position: [0.3 mm, 2.5 mm]", "position: [-1.6 mm, 2.5 mm]")
+        .replace("formulation: plane_strain, thickness: 5 mm, material: soft}",
+                 "formulation: plane_strain, thickness: 5 mm, material: soft, sets: {sticky: "
+                 "{box: [[-1 um, 1.99 mm], [5 mm, 2.01 mm]]}}}", 1),
+        *FRICTIONLESS,
+        "bodies.upper.mesh.length=2 mm",
+        "contact.self_contact=[]",
+        "contact.pairs=[{between: [lower.top, upper.bottom]}]",
+        "contact.adhesion={glue: {work_of_adhesion: 0.1 J/m^2, range: 80 um, "
+        "between: [lower.sticky, upper.bottom]}}",
+    )  # fmt: skip
+    rig = SurfaceRig(model)
+    upper, x = model.bodies[1].nodes, pressed_together(model, 1e-6)
+    pressed = rig.place(x)[upper, 1].sum()
+    assert rig.energy() > 0.0  # springs alone
+    x[upper, 0] += 3.2e-3
+    held = rig.place(x)[upper, 1].sum()
+    [adhesion] = rig.contact.adhesion
+    attraction = fields.read(adhesion.attraction)[0].sum()
+    stress = attraction / (2e-3 * THICKNESS)
+    assert 0.9 * 2.0 * 0.1 / 80e-6 < stress < 2.0 * 0.1 / 80e-6
+    assert held == pytest.approx(pressed - attraction, rel=1e-6)
+    potential = attraction * (0.5 * 80e-6 + 1e-6)
+    dissipated = fields.read(rig.contact.damping_dissipation)[0].sum()
+    assert dissipated == pytest.approx(0.5 * potential, rel=1e-6)
 
 
 def test_the_springs_press_with_k_g(build, fresh_taichi):
