@@ -110,10 +110,6 @@ def _contact(loaded: LoadedScene) -> Iterator[Row]:
     if not pairs:
         return
     law = [f"mu {_value(loaded, 'contact', 'friction_coefficient')}"]
-    for name, spec in contact.adhesion.items():
-        if spec.shear_strength is not None:
-            strength = _value(loaded, "contact", "adhesion", name, "shear_strength")
-            law.append(f"shear strength of '{name}' {strength}")
     if contact.friction_memory == 0.0:
         law.append(f"Coulomb's law, memory {_value(loaded, 'contact', 'friction_memory')}")
     else:
@@ -130,6 +126,8 @@ def _contact(loaded: LoadedScene) -> Iterator[Row]:
         if pair.friction_coefficient is not None
     ]
     yield "friction", ", ".join(law)
+    for name, tree in entries(loaded.tree, "contact", "adhesion").items():
+        yield f"adhesion '{name}'", phrase(tree)
 
 
 def _crossing_edges(model: Model) -> Iterator[Row]:

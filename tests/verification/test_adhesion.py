@@ -673,3 +673,27 @@ def test_a_block_hangs_from_another(history, record_verification):
     falling = history(hanging_below, probe, risen, end, weaker, between)
     assert falling["tip_y"][-1] < -1e-3
     assert falling["energy_error"].max() < 5e-3
+
+
+def test_scenarios_of_bodies_do_not_depend_on_each_other(build, fresh_taichi):
+    """Bodies that attract each other move alike alone, in a batch, and after a checkpoint."""
+    from softsim.solver.explicit import ExplicitSolver
+
+    near = BODIES.replace("4.3 mm]", "4.1 mm]")
+    models = [build(near, f"contact.adhesion.glue.pull_off_stress={s} Pa") for s in (100, 80)]
+    batch, *alone = (ExplicitSolver(chosen) for chosen in (models, models[:1], models[1:]))
+    for solver in (batch, *alone):
+        solver.begin(1e-6)
+        solver.advance(1000)
+    [contact] = alone[0].terms.self_contacts
+    assert fields.read(contact.adhesion[0].attraction).max() > 0.0
+    state, time, count = batch.state(), batch.time, batch.increment_count
+    for solver in (batch, *alone):
+        solver.advance(1000)
+    together = batch.positions()
+    assert not np.array_equal(together[0], together[1])
+    for solver, positions in zip(alone, together, strict=True):
+        np.testing.assert_array_equal(solver.positions()[0], positions)
+    batch.restore(state, time, count, 1e-6)
+    batch.advance(1000)
+    np.testing.assert_array_equal(batch.positions(), together)
