@@ -32,7 +32,8 @@ from softsim.robots.leafbot import leafbot_section
 from softsim.robots.leafbot_solid import leafbot_solid
 from softsim.robots.pfr import pfr_meridian, pfr_section
 from softsim.robots.pfr_solid import pfr_solid
-from softsim.robots.pneunet import pneunet
+from softsim.robots.pneunet import pneunet, quadruped
+from softsim.robots.revolved import bellows_section, bellows_solid, bending_actuator
 from softsim.robots.spike_patch import spike_patch
 from softsim.scene import bodies as scene_bodies
 from softsim.scene.loading import LoadedScene
@@ -170,6 +171,10 @@ GENERATORS: dict[str, Callable[..., Mesh]] = {
     "leafbot_solid": leafbot_solid,
     "spike_patch": spike_patch,
     "pneunet": pneunet,
+    "quadruped": quadruped,
+    "bellows_section": bellows_section,
+    "bellows_solid": bellows_solid,
+    "bending_actuator": bending_actuator,
 }
 # Cells along the longest side of a generated body, at most.
 MOST_ALONG = 1e4

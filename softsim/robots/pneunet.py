@@ -1,8 +1,10 @@
-"""Pneu-net: a finger with chambers on a common channel, which bends when it is inflated.
+"""Pneu-nets: fingers with chambers on a common channel, which bend when they are inflated.
 
 Fast pneu-nets have chambers with gaps between them (Mosadegh et al. 2014, Adv. Funct. Mater.
 24:2163-2170): on inflation their walls bulge and push each other apart, and since the base does not
 stretch, the finger bends. The side walls support the chambers, so this is a body in space.
+
+Four of them on a torso are a quadruped (Shepherd et al. 2011, PNAS 108:20400-20403).
 """
 
 import numpy as np
@@ -22,7 +24,8 @@ END_WALL = (True, True, True, True, True)
 WALL = (True, False, True, True, True)
 CHAMBER = (True, False, False, False, True)
 GAP = (True, False, True, False, False)
-BESIDE_GAP = (True, True, True, False, False)
+BESIDE_GAP = TORSO = (True, True, True, False, False)
+BETWEEN_LEGS = (False, False, False, False, False)
 
 
 def pneunet(
@@ -53,56 +56,157 @@ def pneunet(
 
     Raises MeshError, naming the parameter, for dimensions that make no such body.
     """
-    check_positive(
-        chamber_length=chamber_length,
-        wall_thickness=wall_thickness,
-        gap=gap,
-        width=width,
-        height=height,
-        roof_thickness=roof_thickness,
-        base_thickness=base_thickness,
-        channel_height=channel_height,
-        bridge_thickness=bridge_thickness,
+    check_lengths(
+        chambers, width, height, roof_thickness, base_thickness, channel_height, bridge_thickness,
+        chamber_length=chamber_length, wall_thickness=wall_thickness, gap=gap,
         element_size=element_size,
+    )  # fmt: skip
+    heights = layer_heights(
+        height, roof_thickness, base_thickness, channel_height, bridge_thickness
     )
+    points, filling = bricks(
+        finger_lengths(chambers, chamber_length, wall_thickness, gap),
+        heights,
+        [width / 2 - wall_thickness, wall_thickness],
+        [inside(chambers), beside(chambers)],
+        element_size,
+        cells,
+    )
+    body = renumbered(with_sides(points, filling))
+    check(body)
+    return body
+
+
+def quadruped(
+    chambers: int = 4,
+    chamber_length: float = 6e-3,
+    wall_thickness: float = 2e-3,
+    gap: float = 2e-3,
+    leg_width: float = 16e-3,
+    height: float = 14e-3,
+    roof_thickness: float = 2e-3,
+    base_thickness: float = 2e-3,
+    channel_height: float = 2e-3,
+    bridge_thickness: float = 2e-3,
+    torso_length: float = 20e-3,
+    leg_distance: float = 12e-3,
+    element_size: float = 3e-3,
+    cells: CellKind = "quad",
+) -> Mesh:
+    """Return a torso with four pneu-nets as legs, its underside on y = 0. All lengths in m.
+
+    Two legs extend along x from the front of the torso (+x) and two from its rear, at both sides
+    of z = 0, `leg_distance` apart. Left is -z. The torso is as high as the bridges between two
+    chambers. A leg has the dimensions of `pneunet`. Inflated, it bends its tip downwards.
+
+    Node and facet sets: bottom (whole underside), and for front_left, front_right, rear_left and
+    rear_right the inside of the leg, under this name. Node sets: tip_front_left ... (lower edges of
+    the tips), torso.
+
+    Raises MeshError, naming the parameter, for dimensions that make no such body.
+    """
+    check_lengths(
+        chambers, leg_width, height, roof_thickness, base_thickness, channel_height,
+        bridge_thickness, width_name="leg_width", chamber_length=chamber_length,
+        wall_thickness=wall_thickness, gap=gap, torso_length=torso_length,
+        leg_distance=leg_distance, element_size=element_size,
+    )  # fmt: skip
+    leg = finger_lengths(chambers, chamber_length, wall_thickness, gap)
+    across = [wall_thickness, leg_width - 2.0 * wall_thickness, wall_thickness]
+    torso, free = np.array([TORSO]).T, np.array([BETWEEN_LEGS]).T
+    along_leg, along_wall = (
+        np.hstack([one[:, ::-1], torso, one]) for one in (inside(chambers), beside(chambers))
+    )
+    between = np.hstack([*(len(leg) * [free]), torso, *(len(leg) * [free])])
+    side = [along_wall, along_leg, along_wall]
+    points, filling = bricks(
+        [*reversed(leg), torso_length, *leg],
+        layer_heights(height, roof_thickness, base_thickness, channel_height, bridge_thickness),
+        [*across, leg_distance, *across],
+        [*side, between, *side],
+        element_size,
+        cells,
+    )
+    points -= [sum(leg) + torso_length / 2, 0.0, leg_width + leg_distance / 2]
+    body = renumbered(with_legs(points, filling, torso_length))
+    check(body)
+    return body
+
+
+def check_lengths(
+    chambers: int,
+    width: float,
+    height: float,
+    roof: float,
+    base: float,
+    channel: float,
+    bridge: float,
+    width_name: str = "width",
+    **others: float,
+) -> None:
+    """Raise MeshError, naming the parameter, if a pneu-net cannot have these lengths [m]."""
+    check_positive(
+        **{width_name: width}, height=height, roof_thickness=roof, base_thickness=base,
+        channel_height=channel, bridge_thickness=bridge, **others,
+    )  # fmt: skip
     if chambers < 1:
         raise MeshError(f"chambers is {chambers}; 1 or more are needed")
-    bridge_top = base_thickness + channel_height + bridge_thickness
-    if not height - roof_thickness > bridge_top:
+    least = base + channel + bridge + roof
+    if not height > least:
         raise MeshError(
-            f"height is {1e3 * height:g} mm; more than {1e3 * (bridge_top + roof_thickness):g} mm "
+            f"height is {1e3 * height:g} mm; more than {1e3 * least:g} mm "
             "is needed, above base, channel, bridge and roof"
         )
-    if not width > 2.0 * wall_thickness:
+    walls = 2.0 * others["wall_thickness"]
+    if not width > walls:
         raise MeshError(
-            f"width is {1e3 * width:g} mm; more than {2e3 * wall_thickness:g} mm is needed, for "
+            f"{width_name} is {1e3 * width:g} mm; more than {1e3 * walls:g} mm is needed, for "
             "two walls"
         )
-    unit = [wall_thickness, chamber_length, wall_thickness]
-    x, column = divided(unit + (chambers - 1) * [gap, *unit], element_size)
-    side = height - roof_thickness - bridge_top
-    y, row = divided(
-        [base_thickness, channel_height, bridge_thickness, side, roof_thickness], element_size
-    )
-    z, layer = divided([width / 2 - wall_thickness, wall_thickness], element_size)
+
+
+def finger_lengths(chambers: int, chamber: float, wall: float, gap: float) -> list[float]:
+    """Return the lengths [m] along a pneu-net: wall, chamber, wall, gap, wall ..."""
+    unit = [wall, chamber, wall]
+    return unit + (chambers - 1) * [gap, *unit]
+
+
+def layer_heights(
+    height: float, roof: float, base: float, channel: float, bridge: float
+) -> list[float]:
+    """Return the heights [m] of base, channel, bridge, the chamber above it, and roof."""
+    return [base, channel, bridge, height - roof - base - channel - bridge, roof]
+
+
+def bricks(
+    lengths: list[float],
+    heights: list[float],
+    widths: list[float],
+    solid: list[np.ndarray],
+    element_size: float,
+    cells: CellKind,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (n, 3) [m] and cells of a body of bricks of these lengths along x, y and z.
+
+    solid: for each of the widths a mask (heights, lengths), True for material. Bricks are divided
+    into equal parts with sides no longer than `element_size`, which are cut for tetrahedra.
+    """
+    x, column = divided(lengths, element_size)
+    y, row = divided(heights, element_size)
+    z, layer = divided(widths, element_size)
     if len(x) * len(y) * len(z) > LARGEST_GRID:
         raise MeshError(f"element_size is {1e3 * element_size:g} mm: too many cells")
     across, up = np.meshgrid(x, y)
     filled = FILLINGS[cells](np.arange(across.size).reshape(across.shape))
     each = len(filled) // (len(row) * len(column))  # cells in a rectangle
-    sections = [
-        filled[np.repeat(solid[row[:, None], column], each)]
-        for solid in (inside(chambers), beside(chambers))
-    ]
+    sections = [filled[np.repeat(mask[row[:, None], column], each)] for mask in solid]
     stations = np.arange(len(z) * across.size).reshape(len(z), across.size)
     filling = EXTRUSIONS[cells]([sections[k] for k in layer], stations)
     points = np.column_stack(
         [np.tile(across.ravel(), len(z)), np.tile(up.ravel(), len(z)), np.repeat(z, across.size)]
     )
     used, numbers = np.unique(filling, return_inverse=True)
-    body = renumbered(with_sides(points[used], numbers.reshape(filling.shape)))
-    check(body)
-    return body
+    return points[used], numbers.reshape(filling.shape)
 
 
 def divided(sizes: list[float], element_size: float) -> tuple[np.ndarray, np.ndarray]:
@@ -137,10 +241,7 @@ def with_sides(points: np.ndarray, cells: np.ndarray) -> Mesh:
     """
     surface, (x, y, z) = boundary_facets(cells, 3), points.T
     skin = surface[(z[surface] > 0.0).any(axis=1)]
-    links = (np.repeat(skin[:, 0], skin.shape[1] - 1), skin[:, 1:].ravel())
-    _, part = connected_components(
-        coo_array((np.ones(len(links[0])), links), shape=(len(x), len(x))), directed=False
-    )
+    part = pieces(skin, len(points))
     sides = {
         "bottom": np.flatnonzero(y == y.min()),
         "root": np.flatnonzero(x == x.min()),
@@ -152,3 +253,32 @@ def with_sides(points: np.ndarray, cells: np.ndarray) -> Mesh:
     facets = {name: facets_on(surface, nodes) for name, nodes in sides.items()}
     facets["chamber"] = facets_on(skin, sides["chamber"])
     return Mesh(points=points, cells=cells, node_sets={**sides, "tip": tip}, facet_sets=facets)
+
+
+def with_legs(points: np.ndarray, cells: np.ndarray, torso_length: float) -> Mesh:
+    """Return the mesh of a quadruped with a torso of this length [m], with its sets."""
+    surface, (x, y, z) = boundary_facets(cells, 3), points.T
+    part = pieces(surface, len(points))
+    inner = surface[part[surface[:, 0]] != part[np.argmin(y)]]
+    bottom = np.flatnonzero(y == y.min())
+    torso = np.flatnonzero(np.abs(x) <= (0.5 + 1e-9) * torso_length)
+    node_sets = {"bottom": bottom, "torso": torso}
+    facet_sets = {"bottom": facets_on(surface, bottom)}
+    for along, ahead in (("front", 1.0), ("rear", -1.0)):
+        for side, right in (("left", -1.0), ("right", 1.0)):
+            leg = (ahead * x > 0.0) & (right * z > 0.0)
+            name = f"{along}_{side}"
+            facet_sets[name] = inner[leg[inner].all(axis=1)]
+            node_sets[name] = np.unique(facet_sets[name])
+            tip = np.isclose(np.abs(x), x.max()) & (y == y.min())
+            node_sets[f"tip_{name}"] = np.flatnonzero(leg & tip)
+    return Mesh(points=points, cells=cells, node_sets=node_sets, facet_sets=facet_sets)
+
+
+def pieces(facets: np.ndarray, count: int) -> np.ndarray:
+    """Return the number of the connected part of a surface that each of `count` nodes is in."""
+    links = (np.repeat(facets[:, 0], facets.shape[1] - 1), facets[:, 1:].ravel())
+    _, part = connected_components(
+        coo_array((np.ones(len(links[0])), links), shape=(count, count)), directed=False
+    )
+    return part

@@ -271,27 +271,10 @@ class LeafbotSolidMesh(_Leafbot):
     )
 
 
-class PneunetMesh(_Filled):
-    """Half of a pneu-net actuator (3D): a row of chambers on a common channel along x, with its
-    root at x = 0, its underside at y = 0 and its plane of symmetry at z = 0. Sets: bottom, root,
-    end, middle, chamber (the inside), tip.
-    """
-
-    generator: Literal["pneunet"] = Field(description="Name of the mesh generator.")
+class _Pneunet(_Filled):
     cells: CellKind = Field(
         default="quad", description="Cell type. quad: hexahedra. simplex: tetrahedra."
     )
-    chambers: WholeNumber = Field(default=6, ge=1, le=100, description="Number of chambers.")
-    chamber_length: PositiveLength = Field(
-        default=written("5 mm"), description="Inner length of a chamber along x."
-    )
-    wall_thickness: PositiveLength = Field(
-        default=written("1.5 mm"), description="Thickness of the chamber walls."
-    )
-    width: PositiveLength = Field(
-        default=written("15 mm"), description="Width of the whole actuator along z."
-    )
-    gap: PositiveLength = Field(default=written("1 mm"), description="Gap between two chambers.")
     height: PositiveLength = Field(
         default=written("14 mm"), description="Height of the whole actuator."
     )
@@ -308,8 +291,127 @@ class PneunetMesh(_Filled):
         default=written("2 mm"),
         description="Thickness of the material above the channel between two chambers.",
     )
+
+
+class PneunetMesh(_Pneunet):
+    """Half of a pneu-net actuator (3D): a row of chambers on a common channel along x, with its
+    root at x = 0, its underside at y = 0 and its plane of symmetry at z = 0. Sets: bottom, root,
+    end, middle, chamber (the inside), tip.
+    """
+
+    generator: Literal["pneunet"] = Field(description="Name of the mesh generator.")
+    chambers: WholeNumber = Field(default=6, ge=1, le=100, description="Number of chambers.")
+    chamber_length: PositiveLength = Field(
+        default=written("5 mm"), description="Inner length of a chamber along x."
+    )
+    wall_thickness: PositiveLength = Field(
+        default=written("1.5 mm"), description="Thickness of the chamber walls."
+    )
+    gap: PositiveLength = Field(default=written("1 mm"), description="Gap between two chambers.")
+    width: PositiveLength = Field(
+        default=written("15 mm"), description="Width of the whole actuator along z."
+    )
     element_size: PositiveLength = Field(
         default=written("1.5 mm"), description="Longest edge of the cells."
+    )
+
+
+class QuadrupedMesh(_Pneunet):
+    """Quadruped (3D): a torso with two pneu-nets as legs along x at its front (+x) and two at its
+    rear, at the left (-z) and the right of z = 0, with its underside at y = 0. Sets: bottom, torso,
+    front_left, front_right, rear_left, rear_right (the inside of a leg), tip_front_left ... (the
+    lower edge of a leg's tip).
+    """
+
+    generator: Literal["quadruped"] = Field(description="Name of the mesh generator.")
+    chambers: WholeNumber = Field(default=4, ge=1, le=100, description="Chambers of a leg.")
+    chamber_length: PositiveLength = Field(
+        default=written("6 mm"), description="Inner length of a chamber along x."
+    )
+    wall_thickness: PositiveLength = Field(
+        default=written("2 mm"), description="Thickness of the chamber walls."
+    )
+    gap: PositiveLength = Field(default=written("2 mm"), description="Gap between two chambers.")
+    leg_width: PositiveLength = Field(
+        default=written("16 mm"), description="Width of a leg along z."
+    )
+    leg_distance: PositiveLength = Field(
+        default=written("12 mm"), description="Gap along z between the left and the right leg."
+    )
+    torso_length: PositiveLength = Field(
+        default=written("20 mm"), description="Length of the torso between front and rear legs."
+    )
+    element_size: PositiveLength = Field(
+        default=written("3 mm"), description="Longest edge of the cells."
+    )
+
+
+class _Bellows(Spec):
+    convolutions: WholeNumber = Field(
+        default=4, ge=1, le=100, description="Number of convolutions, of two rings each."
+    )
+    root_radius: PositiveLength = Field(
+        default=written("10 mm"), description="Radius at which the flat rings begin."
+    )
+    crown_radius: PositiveLength = Field(
+        default=written("16 mm"), description="Radius at which the flat rings end."
+    )
+    ring_spacing: PositiveLength = Field(
+        default=written("4 mm"),
+        description="Distance between the middle planes of two rings, which half circles join.",
+    )
+    wall_thickness: PositiveLength = Field(
+        default=written("1.5 mm"), description="Thickness of the wall."
+    )
+    lid_thickness: PositiveLength = Field(
+        default=written("3.5 mm"), description="Thickness of the lid at the top."
+    )
+
+
+class BellowsSectionMesh(_Bellows):
+    """Half section of a bellows with flat rings, to be revolved (2D, axisymmetric): open at its
+    base at y = 0, with a lid at the top. Sets: base, chamber (the inside), folds (all that can
+    touch), top.
+    """
+
+    generator: Literal["bellows_section"] = Field(description="Name of the mesh generator.")
+    element_size: PositiveLength = Field(
+        default=written("0.55 mm"), description="Longest edge of the cells along the wall."
+    )
+
+
+class BellowsSolidMesh(_Bellows):
+    """Bellows with flat rings (3D) along y: open at its base at y = 0, with a lid at the top. Sets:
+    base, chamber (the inside), folds (all that can touch), top.
+    """
+
+    generator: Literal["bellows_solid"] = Field(description="Name of the mesh generator.")
+    element_size: PositiveLength = Field(
+        default=written("1.5 mm"), description="Longest edge of the cells along the wall."
+    )
+
+
+class BendingActuatorMesh(Spec):
+    """Tube along x (3D) from x = 0, closed by a plug at its tip. Fibres around it and a strip on
+    its bottom make it bend. Sets: root, chamber (the inside), tip (the end face of the plug),
+    outside, bottom (the quarter of the outside that faces -y).
+    """
+
+    generator: Literal["bending_actuator"] = Field(description="Name of the mesh generator.")
+    length: PositiveLength = Field(
+        default=written("60 mm"), description="Length of the chamber along x."
+    )
+    inner_radius: PositiveLength = Field(
+        default=written("8 mm"), description="Radius of the chamber."
+    )
+    wall_thickness: PositiveLength = Field(
+        default=written("2 mm"), description="Thickness of the wall of the tube."
+    )
+    plug_thickness: PositiveLength = Field(
+        default=written("4 mm"), description="Thickness of the plug at the tip."
+    )
+    element_size: PositiveLength = Field(
+        default=written("2 mm"), description="Longest edge of the cells along the tube."
     )
 
 
@@ -350,6 +452,10 @@ GeneratedMesh = (
     | LeafbotSolidMesh
     | SpikePatchMesh
     | PneunetMesh
+    | QuadrupedMesh
+    | BellowsSectionMesh
+    | BellowsSolidMesh
+    | BendingActuatorMesh
 )
 MeshSource = Annotated[
     Annotated[BlockMesh, Tag("block")]
@@ -361,6 +467,10 @@ MeshSource = Annotated[
     | Annotated[LeafbotSolidMesh, Tag("leafbot_solid")]
     | Annotated[SpikePatchMesh, Tag("spike_patch")]
     | Annotated[PneunetMesh, Tag("pneunet")]
+    | Annotated[QuadrupedMesh, Tag("quadruped")]
+    | Annotated[BellowsSectionMesh, Tag("bellows_section")]
+    | Annotated[BellowsSolidMesh, Tag("bellows_solid")]
+    | Annotated[BendingActuatorMesh, Tag("bending_actuator")]
     | Annotated[FileMesh, Tag("file")],
     Discriminator(_mesh_kind),
 ]

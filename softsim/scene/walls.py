@@ -395,7 +395,8 @@ class AdhesionSpec(Spec):
     @classmethod
     def one_of_two(cls, value: float | None, info: ValidationInfo) -> float | None:
         """Require exactly one of pull-off stress and range."""
-        if (value is None) == (info.data.get("pull_off_stress") is None):
+        is_valid = "pull_off_stress" in info.data  # otherwise it has an error of its own
+        if is_valid and (value is None) == (info.data["pull_off_stress"] is None):
             raise ValueError("give either pull_off_stress or range")
         return value
 

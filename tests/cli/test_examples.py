@@ -61,11 +61,6 @@ def test_files_of_any_kind_come_along(tmp_path):
     assert [file.name for file in found] == ["scene.yaml", "part.yaml", "wall.csv"]
 
 
-def test_a_mesh_brings_its_script():
-    found = needed_files(find_example(ROOT, "bellows"))
-    assert [file.name for file in found] == ["bellows.yaml", "bellows.msh", "bellows.geo"]
-
-
 def test_a_second_copy_changes_nothing_and_overwrites_nothing(tmp_path):
     example = find_example(ROOT, "first_look")
     (copy,) = copy_example(example, ROOT, tmp_path)

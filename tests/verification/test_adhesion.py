@@ -629,7 +629,7 @@ JOINT = 6e-3 * 10e-3  # m^2
     ],
 )
 def test_separation_of_bodies_takes_the_work_of_adhesion(history, record_verification, law, size):
-    """As from a wall: of a soft and a stiff body, whose nodes and edges are not opposite.
+    """Compare the work on a stiff body that leaves a soft one with w A; nodes are not opposite.
 
     Where they touch without force the faces are in the wall's place within 1 um of 0.2 mm. Facets
     of 4 mm are larger than half of the face opposite.
