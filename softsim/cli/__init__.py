@@ -6,7 +6,7 @@ import typer
 
 from softsim.cli.about import devices, print_version, schema
 from softsim.cli.chain import chain
-from softsim.cli.examples import examples
+from softsim.cli.examples import examples, new
 from softsim.cli.materials import fit_material, materials, spectrum
 from softsim.cli.reach import reach
 from softsim.cli.reporting import render, report
@@ -30,7 +30,7 @@ def softsim(
 
 
 for command in (
-    examples, run, check, modes, response, assess, reach, sweep, optimize, report, render,
+    examples, new, run, check, modes, response, assess, reach, sweep, optimize, report, render,
     materials, fit_material, spectrum, calibrate_section, chain, schema, devices,
 ):  # fmt: skip
     app.command()(command)

@@ -1,5 +1,6 @@
-"""Command that lists and copies the example scenes, layouts and studies of softsim."""
+"""Commands that copy the example scenes, layouts and studies, and write scenes from templates."""
 
+import re
 import shutil
 from collections.abc import Iterator
 from importlib import resources
@@ -9,10 +10,21 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softsim.cli.options import explained
-from softsim.errors import OutputError, SceneError
+from softsim.errors import Location, OutputError, SceneError
 
 if TYPE_CHECKING:
+    from pydantic import BaseModel
+
     from softsim.scene.text import Tree
+
+TEMPLATES = (
+    "bending_actuator", "bellows", "bellows_3d", "pneunet", "gripper", "quadruped",
+    "tendon_finger",
+)  # fmt: skip
+"""Examples whose bodies come from generators."""
+
+GENERATOR = re.compile(r"( *)mesh:( &\w+)? \{generator: .*\}")
+"""Line of a template with the mesh of a body; group 2: its anchor."""
 
 
 def examples(
@@ -33,6 +45,82 @@ def examples(
             console.print(f"file    {path}", highlight=False, soft_wrap=True)
         command = command_for(example, to / example.relative_to(root))
         console.print(f"next    {command}", highlight=False, soft_wrap=True)
+
+
+def new(
+    name: Annotated[
+        str | None, typer.Argument(help="Template; default: list all.", show_default=False)
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="File to write; default: NAME.yaml.", show_default=False)
+    ] = None,
+) -> None:
+    """List the templates of robots and actuators, or write a scene with all dimensions of one."""
+    with explained() as console:
+        root = examples_folder()
+        if name is None:
+            for template in TEMPLATES:
+                title = example_title(find_example(root, template))
+                console.print(f"softsim new {template:20}{title}", highlight=False, soft_wrap=True)
+            return
+        target = Path(f"{name}.yaml") if out is None else out
+        write_new(template_text(root, name), target)
+        console.print(f"file    {target}", highlight=False, soft_wrap=True)
+        console.print(f"next    softsim check {target}", highlight=False, soft_wrap=True)
+
+
+def template_text(root: Path, name: str) -> str:
+    """Return the scene of a template, with all keys of its mesh generators and their meanings.
+
+    Raises SceneError if no template has this name.
+    """
+    from softsim.scene.loading import load_scene
+    from softsim.scene.reporting import did_you_mean
+    from softsim.scene.text import entries
+
+    if name not in TEMPLATES:
+        raise SceneError(f"there is no template {name!r}", did_you_mean(name, TEMPLATES))
+    path = find_example(root, name)
+    loaded, lines = load_scene(path), path.read_text(encoding="utf-8").split("\n")
+    for body, spec in loaded.scene.bodies.items():
+        mesh = entries(loaded.tree, "bodies", body)["mesh"]
+        assert isinstance(mesh.key_origin, Location)
+        number = mesh.key_origin.line - 1
+        if written_here := GENERATOR.fullmatch(lines[number]):
+            margin, anchor = written_here.groups()
+            keys = commented_keys(spec.mesh, mesh)
+            block = [f"{margin}mesh:{anchor or ''}", *(f"{margin}  {line}" for line in keys)]
+            lines[number] = "\n".join(block)
+    return "\n".join(lines)
+
+
+def commented_keys(model: "BaseModel", given: "Tree") -> Iterator[str]:
+    """Yield a line of YAML for each key of a mesh generator, with its meaning as a comment."""
+    from softsim.scene.loading import flow_text
+    from softsim.scene.text import child
+
+    fields = type(model).model_fields
+    for key in sorted(fields, key=lambda key: key != "generator"):
+        field, value = fields[key], child(given, key)
+        if value is not None or field.default is not None:
+            entry = f"{key}: {flow_text(field.default if value is None else value)}"
+            yield f"{entry:26}# {field.description}" if key != "generator" else entry
+
+
+def write_new(text: str, target: Path) -> None:
+    """Write a file that does not exist yet.
+
+    Raises OutputError if it exists or cannot be written.
+    """
+    try:
+        with target.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise OutputError(
+            f"{target} already exists", hint="name another file with --out, or move it away"
+        ) from None
+    except OSError as error:
+        raise OutputError(f"{target} cannot be written: {error.strerror}") from error
 
 
 def examples_folder() -> Path:

@@ -1,8 +1,11 @@
 """What comes with softsim: listed by title, copied with the files that it names."""
 
 import pytest
+from typer.testing import CliRunner
 
+from softsim.cli import app
 from softsim.cli.examples import (
+    TEMPLATES,
     command_for,
     copy_example,
     example_files,
@@ -10,9 +13,11 @@ from softsim.cli.examples import (
     examples_folder,
     find_example,
     needed_files,
+    template_text,
 )
 from softsim.errors import OutputError, SceneError
 from softsim.scene.loading import load_scene
+from softsim.scene.text import entries
 from softsim.study.loading import load_study
 
 ROOT = examples_folder()
@@ -77,3 +82,25 @@ def test_a_misspelt_name_is_told():
     with pytest.raises(SceneError) as told:
         find_example(ROOT, "first_lok")
     assert "did you mean 'first_look'?" in str(told.value) and told.value.exit_code == 2
+
+
+@pytest.mark.parametrize("name", TEMPLATES)
+def test_a_template_is_its_example_with_all_keys_of_the_meshes(name, tmp_path):
+    (tmp_path / "scene.yaml").write_text(template_text(ROOT, name))
+    written = load_scene(tmp_path / "scene.yaml")
+    assert written.scene == load_scene(find_example(ROOT, name)).scene
+    for body, spec in written.scene.bodies.items():
+        given = entries(written.tree, "bodies", body, "mesh")
+        assert set(given) == {key for key, value in spec.mesh if value is not None}
+
+
+def test_new_writes_a_template_and_overwrites_nothing(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run = CliRunner().invoke
+    assert "softsim new quadruped" in run(app, ["new"]).output
+    assert run(app, ["new", "pneunet"]).exit_code == 0
+    assert "chamber_length: 5 mm      # Inner length" in (tmp_path / "pneunet.yaml").read_text()
+    again = run(app, ["new", "pneunet"])
+    assert again.exit_code == 2 and "already exists" in again.output
+    unknown = run(app, ["new", "pneu"])
+    assert unknown.exit_code == 2 and "did you mean 'pneunet'?" in unknown.output
