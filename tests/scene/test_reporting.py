@@ -52,7 +52,8 @@ def problems(path):
          "did you mean 'block'?"),
         ("generator: block, ", "", "a.yaml:3:5: mesh: the key 'generator' is missing",
          "give generator: block | pfr_section | box | pfr_meridian | pfr_solid | leafbot_section "
-         "| leafbot_solid | spike_patch | pneunet or file: ..."),
+         "| leafbot_solid | spike_patch | pneunet | quadruped | bellows_section | bellows_solid "
+         "| bending_actuator or file: ..."),
         ("plane_strain", "plane", "a.yaml:4:18: formulation: 'plane' is not one of: plane_strain",
          ""),
         ("dragon_skin_10", "3", "a.yaml:6:15: material: must be a text, not the number 3",
