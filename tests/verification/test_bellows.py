@@ -73,19 +73,14 @@ def test_a_small_pressure_extends_it_and_pushes_as_felupe_says(fresh_taichi, rec
     assert abs(nothing) < 1e-9 * found_push
 
 
-def test_a_small_pressure_extends_it_in_space_as_its_section(fresh_taichi, record_verification):
-    """Within 2 % of the section with the same cells: 36 cells around are no circle.
-
-    One cell through the wall bends 4 % more than FElupe's finer mesh.
-    """
-    cells = "bodies.bellows.mesh.element_size=1.5 mm"
-    section, _ = AtRest(SCENE, cells).response(top_is_held=False)
-    found, _ = AtRest(SCENES / "bellows_3d.yaml", cells).response(top_is_held=False)
-    fine, _ = felupe_bellows.response(bellows_section(), 1.0, top_is_held=False)
-    record_verification("bellows in space, extension, its section", 1e6 * section, 1e6 * found)
-    record_verification("bellows in space, extension, FElupe", 1e6 * fine, 1e6 * found)
-    assert found == pytest.approx(section, rel=0.02)
-    assert found == pytest.approx(fine, rel=0.05)
+def test_a_small_pressure_extends_it_in_space_as_felupe_says(fresh_taichi, record_verification):
+    """Within 5 %, with one hexahedron through the wall."""
+    found, _ = AtRest(SCENES / "bellows_3d.yaml").response(top_is_held=False)
+    extension, _ = felupe_bellows.response(bellows_section(), 1.0, top_is_held=False)
+    record_verification(
+        "bellows in space, extension [mm/kPa], FElupe", 1e6 * extension, 1e6 * found
+    )
+    assert found == pytest.approx(extension, rel=0.05)
 
 
 RELAXED = "time.method=relaxation"
