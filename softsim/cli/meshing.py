@@ -23,6 +23,10 @@ PRESSURE_OF_WALL = 0.3
 A spherical or cylindrical balloon has its limit point between 0.8 and 1.2.
 """
 
+MOST_THIN = 0.2
+"""Fraction of a chamber's facets with a wall of one tetrahedron above which a warning is printed.
+"""
+
 END_DEPTH = 0.03
 """Depth of an end that is not planar, as a fraction of the length of the part."""
 
@@ -73,7 +77,7 @@ def mesh(
         from softsim.materials.laws import LAWS
         from softsim.materials.library import library_material, library_names
         from softsim.mesh.cad import chambers, mesh_solid, with_named_surfaces, write_gmsh
-        from softsim.mesh.reading import GEOMETRY, MILLIMETRE, read_mesh
+        from softsim.mesh.reading import FORMATS, GEOMETRY, MILLIMETRE, read_mesh
         from softsim.report.mesh import draw_mesh
 
         kind = _cell_kind(cells)
@@ -81,7 +85,7 @@ def mesh(
         target = out or Path(f"{part.stem}.msh")
         if target.suffix != ".msh":
             raise SceneError(
-                "the mesh is a .msh file", "end its name with .msh", Option(f"-o {out}")
+                "the mesh is written as .msh", "end its name with .msh", Option(f"--out {out}")
             )
         data = library_material(material)
         if data is None:
@@ -102,7 +106,7 @@ def mesh(
                 )
             made = mesh_solid(part, target, _length(size, f"--size {size}"), length_unit, kind)
         else:
-            if size is not None or kind == "quad":
+            if part.suffix.lower() in FORMATS and (size is not None or kind == "quad"):
                 raise MeshError(f"{part}: is a mesh already", hint="leave out --size and --cells")
             made = with_named_surfaces(read_mesh(part, length_unit or MILLIMETRE).mesh)
             write_gmsh(made, target)
@@ -158,6 +162,13 @@ def _print_mesh(made: "Mesh", found: "list[Chamber]", scene: Path, console: Cons
     for chamber in found:
         where = f"open at {chamber.opening}" if chamber.opening else "closed"
         console.print(f"{chamber.name}: {chamber.volume * 1e6:.4g} ml, {where}", highlight=False)
+        if chamber.thin > MOST_THIN:
+            console.print(
+                f"warning: the wall of {chamber.name} is one tetrahedron thick at "
+                f"{100 * chamber.thin:.0f} % of its facets, which makes it much too stiff in "
+                "bending: use a smaller --size",
+                highlight=False,
+            )
     if not found:
         console.print(
             "no chamber: no cavity is closed, or open at one planar end only", highlight=False

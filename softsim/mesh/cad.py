@@ -23,6 +23,7 @@ from softsim.mesh.mesh import (
     SURFACE,
     Mesh,
     facet_keys,
+    facet_owners,
     facets_on,
     find_rows,
     incidence,
@@ -56,6 +57,8 @@ SHARP = np.radians(40.0)
 # -------------------------------------------------------------------------------------------------
 # Chambers and planar ends of a mesh.
 
+END_NAMES = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
+
 
 @dataclass(frozen=True)
 class Chamber:
@@ -63,11 +66,13 @@ class Chamber:
 
     name: of its facet set. volume [m^3]: enclosed, by a plane over its opening if it has one.
     opening: name of the planar end in which it is open, "" for a closed cavity.
+    thin: fraction of its facets where the wall is a single tetrahedron thick, 0 for hexahedra.
     """
 
     name: str
     volume: float
     opening: str
+    thin: float
 
 
 def chambers(mesh: Mesh) -> list[Chamber]:
@@ -75,16 +80,17 @@ def chambers(mesh: Mesh) -> list[Chamber]:
     found = []
     ends = [name for name in END_NAMES if name in mesh.node_sets]
     for name, facets in mesh.facet_sets.items():
-        if name.startswith("chamber"):
-            rim = np.unique(open_rim(facets))
-            opening = next((e for e in ends if np.isin(rim, mesh.node_sets[e]).all()), "")
-            if len(rim) == 0 or opening:
-                opening = opening if len(rim) else ""
-                found.append(Chamber(name, -_volume(mesh.points, facets, rim), opening))
+        rim = np.unique(open_rim(facets))
+        opening = next((e for e in ends if np.isin(rim, mesh.node_sets[e]).all()), None)
+        if name.startswith("chamber") and (len(rim) == 0 or opening):
+            thin = 0.0
+            if mesh.cells.shape[1] == 4:
+                others = np.setdiff1d(mesh.node_sets[SURFACE], facets)
+                owners = mesh.cells[facet_owners(facets, mesh.cells)]
+                thin = float(np.isin(owners, others).any(axis=1).mean())
+            volume = -_volume(mesh.points, facets, rim)
+            found.append(Chamber(name, volume, (opening or "") if len(rim) else "", thin))
     return sorted(found, key=lambda chamber: (len(chamber.name), chamber.name))
-
-
-END_NAMES = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
 
 
 def with_named_surfaces(mesh: Mesh) -> Mesh:

@@ -42,7 +42,7 @@ def draw_mesh(mesh: Mesh, path: Path) -> None:
     axis = int(np.argmax(np.abs(towards)))
     middle = mesh.points[:, axis].min() + 0.5 * extent[axis]
     centres = mesh.points[mesh.cells].mean(axis=1)[:, axis]
-    farther = mesh.cells[(centres - middle) * towards[axis] < 0.0]
+    farther = mesh.cells[(centres - middle) * towards[axis] < 1e-6 * extent[axis]]
     flat = CAMERA.project(mesh.points * MILLI)
     low, high = flat.min(axis=0), flat.max(axis=0)
     low, high = low - 0.02 * (high - low).max(), high + 0.02 * (high - low).max()

@@ -70,6 +70,12 @@ def test_a_pocket_in_a_planar_end_is_a_chamber(tmp_path, meshed):
     assert deepest == pytest.approx(24e-3) and "y_max" in mesh.facet_sets
 
 
+def test_walls_of_one_tetrahedron_are_counted(tmp_path, meshed):
+    source = solids.finger(tmp_path / "finger.step")
+    coarse, fine = (chambers(meshed(source, size))[0].thin for size in (8, 1.5))
+    assert coarse > 0.9 and fine < 0.05
+
+
 def test_a_through_hole_is_no_chamber(tmp_path, meshed):
     assert chambers(meshed(solids.plate(tmp_path / "plate.step"), 3)) == []
 
@@ -121,6 +127,23 @@ def test_ends_of_a_generated_block():
         "y_max": "top",
     }.items():
         assert set(mesh.node_sets[name]) == set(mesh.node_sets[same])
+
+
+def test_quadratic_tetrahedra_are_read_as_linear_ones(tmp_path):
+    path = tmp_path / "quadratic.msh"
+    with solids.drawn(tmp_path / "block.step") as occ:
+        occ.addBox(0, 0, 0, 10, 10, 10)
+        occ.synchronize()
+        solids.gmsh.option.setNumber("Mesh.ElementOrder", 2)
+        solids.gmsh.model.mesh.generate(3)
+        solids.gmsh.write(str(path))
+    with pytest.raises(MeshError, match="cells of type line3, tetra10, triangle6") as caught:
+        read_mesh(path)
+    assert "reduce_order: true" in caught.value.hint
+    found = read_mesh(path, reduce_order=True)
+    assert found.midside_nodes > len(found.mesh.points)
+    assert set(quality(found.mesh).cell_kinds) == {"tetrahedra"}
+    assert quality(found.mesh).volume == pytest.approx(1e-6, rel=1e-9)
 
 
 REFUSED = {
