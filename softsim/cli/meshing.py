@@ -11,11 +11,11 @@ from rich.console import Console
 
 from softsim.cli.options import explained, unheaded
 from softsim.errors import MeshError, Option, SceneError
-from softsim.mesh.surface import CellKind
 
 if TYPE_CHECKING:
     from softsim.mesh.cad import Chamber
     from softsim.mesh.mesh import Mesh
+    from softsim.mesh.surface import CellKind
 
 PRESSURE_OF_WALL = 0.3
 """Pressure of a starter scene over shear modulus times wall thickness over radius of the chamber.
@@ -129,7 +129,7 @@ def mesh(
         )  # fmt: skip
 
 
-def _cell_kind(text: str) -> CellKind:
+def _cell_kind(text: str) -> "CellKind":
     if text not in ("simplex", "quad"):
         raise typer.BadParameter(
             "is simplex (tetrahedra) or quad (hexahedra)", param_hint="--cells"

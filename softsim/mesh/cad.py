@@ -98,7 +98,14 @@ def with_named_surfaces(mesh: Mesh) -> Mesh:
 
     Chambers are numbered along the longest side of the bounding box: chamber1, chamber2, ... Sets
     of the same names that the mesh has already are kept.
+
+    Raises MeshError for a plane mesh.
     """
+    if mesh.dimension != 3:
+        raise MeshError(
+            "the mesh is plane: ends and chambers are named in solids only",
+            hint="name curves of a plane mesh in the program that made it, or sets in the scene",
+        )
     boundary = mesh.facet_sets[SURFACE]
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     tolerance = IN_PLANE * float(np.linalg.norm(high - low))
@@ -300,7 +307,7 @@ def _gmsh() -> Any:
     except (ImportError, OSError) as fault:  # OSError: a system library is missing
         raise MeshError(
             f"geometry is meshed by the package gmsh, which cannot be imported ({fault})",
-            hint="install it with `pip install 'softsim[gmsh]'`; on a computer without a screen "
+            hint="install it with `pip install gmsh`; on a computer without a screen "
             "it needs system libraries, see Install in the documentation",
         ) from fault
     return gmsh

@@ -12,6 +12,7 @@ from softsim.mesh.cad import chambers, mesh_solid, stored_mesh, with_named_surfa
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.mesh.reading import read_mesh
+from softsim.robots.block import block
 from softsim.robots.box import box
 
 ENDS = {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"}
@@ -44,6 +45,13 @@ def test_a_finger_with_a_chamber(tmp_path, meshed, name, caplog):
     assert {n: len(f) for n, f in stored.facet_sets.items()} == {
         n: len(f) for n, f in mesh.facet_sets.items()
     }
+
+
+def test_the_unit_that_a_step_file_states_is_converted(tmp_path, meshed):
+    source = solids.finger(tmp_path / "finger.step")
+    text = source.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.CENTI.,.METRE.)")
+    source.write_text(text)
+    assert np.ptp(meshed(source, 50).points, axis=0) == pytest.approx([0.6, 0.16, 0.14])
 
 
 def test_a_spherical_cavity_converges_to_its_closed_form(tmp_path, meshed):
@@ -146,6 +154,16 @@ def test_quadratic_tetrahedra_are_read_as_linear_ones(tmp_path):
     assert quality(found.mesh).volume == pytest.approx(1e-6, rel=1e-9)
 
 
+def test_an_stl_of_two_parts_and_a_plane_mesh_are_refused(tmp_path, meshed):
+    with solids.drawn(tmp_path / "two.stl") as occ:
+        occ.addBox(0, 0, 0, 10, 10, 10)
+        occ.addBox(30, 0, 0, 10, 10, 10)
+    with pytest.raises(MeshError, match="2 closed surfaces, of which none contains the others"):
+        meshed(tmp_path / "two.stl", 5)
+    with pytest.raises(MeshError, match="the mesh is plane"):
+        with_named_surfaces(block(length=0.02, height=0.01, element_size=5e-3))
+
+
 REFUSED = {
     "open.stl": ("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
                  "vertex 0 1 0\nendloop\nendfacet\nendsolid a\n", "the surface is open"),
@@ -211,7 +229,7 @@ def test_a_missing_gmsh_is_an_error_of_the_scene(tmp_path, build, own_cache, mon
     with pytest.raises(SceneError, match="meshed by the package gmsh") as caught:
         build(SCENE)
     assert str(caught.value.location).endswith("scene.yaml:4:11")
-    assert "pip install 'softsim[gmsh]'" in caught.value.hint
+    assert "pip install gmsh" in caught.value.hint
 
 
 @pytest.mark.parametrize(
