@@ -2,6 +2,7 @@
 
 import sys
 
+import meshio
 import numpy as np
 import pytest
 import solids
@@ -76,6 +77,19 @@ def test_a_pocket_in_a_planar_end_is_a_chamber(tmp_path, meshed):
     assert chamber.volume == pytest.approx(np.pi * 5e-3**2 * 24e-3, rel=0.1)
     deepest = mesh.points[mesh.node_sets["chamber1"], 1].max()
     assert deepest == pytest.approx(24e-3) and "y_max" in mesh.facet_sets
+
+
+def test_round_faces_of_an_stl(tmp_path, meshed):
+    """Triangles of the file, 2 mm long, are replaced by larger ones."""
+    fine = meshed(solids.cup(tmp_path / "cup.step"), 2)
+    triangles = [("triangle", fine.facet_sets["surface"])]
+    meshio.write(tmp_path / "cup.stl", meshio.Mesh(1e3 * fine.points, triangles))
+    coarse = meshed(tmp_path / "cup.stl", 4)
+    assert len(coarse.cells) < 0.5 * len(fine.cells)
+    (chamber,) = chambers(coarse)
+    assert chamber.opening == "y_min"
+    assert chamber.volume == pytest.approx(chambers(fine)[0].volume, rel=0.15)
+    assert quality(coarse).volume == pytest.approx(quality(fine).volume, rel=0.05)
 
 
 def test_walls_of_one_tetrahedron_are_counted(tmp_path, meshed):
