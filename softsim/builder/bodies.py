@@ -22,9 +22,10 @@ from softsim.elements.ring_section import RingSection
 from softsim.elements.solid import Solid
 from softsim.errors import MeshError
 from softsim.mesh.abaqus import family, plane_stress_advice
+from softsim.mesh.cad import stored_mesh
 from softsim.mesh.mesh import Mesh, facet_owners, mirrored, of_corners, transformed
 from softsim.mesh.quality import check
-from softsim.mesh.reading import MeshFile, read_mesh
+from softsim.mesh.reading import GEOMETRY, MeshFile, read_mesh
 from softsim.model import Body
 from softsim.robots.block import block
 from softsim.robots.box import box
@@ -362,12 +363,22 @@ def read_or_generated(loaded: LoadedScene, name: str, data: scene_bodies.BodySpe
     source = data.mesh
     if not isinstance(source, FileMesh):
         return MeshFile(generated(loaded, name, source))
-    found = read_mesh(
-        loaded.resolve_file(("bodies", name, "mesh", "file")),
-        source.length_unit,
-        source.instance,
-        reduce_order=source.reduce_order,
-    )
+    path = loaded.resolve_file(("bodies", name, "mesh", "file"))
+    is_geometry = path.suffix.lower() in GEOMETRY
+    if not is_geometry and (source.size is not None or source.cells != "simplex"):
+        key = "cells" if source.size is None else "size"
+        raise loaded.error(
+            ("bodies", name, "mesh", key),
+            f"{source.file} is a mesh already",
+            f"{key} applies to geometry, which is meshed: STEP, IGES, BREP and STL files",
+        )
+    if is_geometry and source.size is not None:
+        path = stored_mesh(path, source.size, source.length_unit, source.cells)
+        found = read_mesh(path, instance=source.instance, reduce_order=source.reduce_order)
+    else:
+        found = read_mesh(
+            path, source.length_unit, source.instance, reduce_order=source.reduce_order
+        )
     kind = family(found.element_type)
     if kind == "CPS":
         raise MeshError(

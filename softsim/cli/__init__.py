@@ -8,6 +8,7 @@ from softsim.cli.about import devices, print_version, schema
 from softsim.cli.chain import chain
 from softsim.cli.examples import examples, new
 from softsim.cli.materials import fit_material, materials, spectrum
+from softsim.cli.meshing import mesh
 from softsim.cli.reach import reach
 from softsim.cli.reporting import render, report
 from softsim.cli.runs import assess, check, run
@@ -30,8 +31,8 @@ def softsim(
 
 
 for command in (
-    examples, new, run, check, modes, response, assess, reach, sweep, optimize, report, render,
-    materials, fit_material, spectrum, calibrate_section, chain, schema, devices,
+    examples, new, mesh, run, check, modes, response, assess, reach, sweep, optimize, report,
+    render, materials, fit_material, spectrum, calibrate_section, chain, schema, devices,
 ):  # fmt: skip
     app.command()(command)
 

@@ -242,7 +242,11 @@ log = logging.getLogger(__name__)
 FORMATS = (".msh", ".vtu", ".inp")
 """File name extensions of the formats that are read: gmsh, VTK and ABAQUS."""
 CAD = (".step", ".stp", ".iges", ".igs", ".brep")
+GEOMETRY = (*CAD, ".stl", ".geo")
+"""File name extensions of geometry that `softsim.mesh.cad` meshes."""
 SURFACES = (".stl", ".obj", ".ply", ".off")
+MILLIMETRE = 1e-3
+"""Default unit of length of a mesh file [m]."""
 
 _Sets = dict[str, np.ndarray]
 
@@ -279,7 +283,7 @@ class MeshFile:
 
 def read_mesh(
     path: Path,
-    length_unit: float = 1e-3,
+    length_unit: float = MILLIMETRE,
     instance: str | None = None,
     *,
     reduce_order: bool = False,
@@ -330,29 +334,20 @@ def _no_mesh(path: Path, suffix: str) -> MeshError:
     """Return the error for a file without a mesh of a body, or with one that cannot be read."""
     if suffix in CAD:
         what = "is CAD geometry, not a mesh"
+    elif suffix == ".geo":
+        what = "is a script for gmsh, not a mesh"
     elif suffix in SURFACES:
         what = "is a closed surface of triangles, not a volume mesh"
     else:
         return MeshError(
             f"{path}: this mesh format is not supported", hint="formats: " + ", ".join(FORMATS)
         )
-    return MeshError(f"{path}: {what}", hint=_remedy(path, suffix))
-
-
-def _remedy(path: Path, suffix: str) -> str:
-    """Return the commands that make a volume mesh of what a file holds."""
-    made, source = path.with_suffix(".msh").name, path.name
-    if suffix in CAD:
-        return (
-            "make a volume mesh first, for example "
-            f"`gmsh -3 {source} -o {made} -clmax 2.5` (largest element size in mm)"
-        )
-    script = path.with_suffix(".geo").name
-    return (
-        f'make a volume mesh first, for example with the script {script}: `Merge "{source}"; '
-        "Surface Loop(1) = {1}; Volume(1) = {1};` and `gmsh -3 "
-        f"{script} -o {made}`"
-    )
+    if suffix not in GEOMETRY:
+        return MeshError(f"{path}: {what}", hint="convert it to STL and mesh it: `softsim mesh`")
+    hint = f"make a volume mesh first: `softsim mesh {path.name} --size 1mm`"
+    if suffix != ".geo":
+        hint += f"; or give the size in the scene: {{file: {path.name}, size: 1 mm}}"
+    return MeshError(f"{path}: {what}", hint=hint)
 
 
 def _made_fit(content: Content, length_unit: float, path: Path) -> MeshFile:

@@ -106,6 +106,9 @@ QUANTITIES = {
 UNSEEN = 1e-3
 """Fraction of the largest curve of a panel below which another one looks like zero."""
 
+COMPARABLE = 0.6
+"""Range of a component of a probe over that of its largest from which both are inflation curves."""
+
 LINES = {"": "-", "x": "-", "y": "--", "z": ":"}
 
 
@@ -147,25 +150,31 @@ def name_and_axis(column: str, unit: str) -> tuple[str, str]:
 def inflation_curves(history: History, units: Mapping[str, str]) -> list[PlotSeries]:
     """Return curves of the air pressure [kPa] over displacement or radius probes [mm].
 
-    Of each probe the component that moves most is taken, without vibration; probes at rest are
-    omitted. The part of a path of equilibria that is unstable is dashed. The result is empty unless
-    there is one chamber whose pressure changes.
+    Of each probe the component that moves most is taken, and others that move at least COMPARABLE
+    times as much, without vibration; probes at rest are omitted. The part of a path of equilibria
+    that is unstable is dashed. The result is empty unless there is one chamber whose pressure
+    changes.
     """
     air = single_pressure(history)
     if air is None or _range(air) == 0.0:
         return []
-    most: dict[str, PlotSeries] = {}
+    of_probe: dict[str, list[PlotSeries]] = {}
     for curve in curves_of(history, units).get("m", []):
-        probe = curve.name.rpartition(" ")[0] or curve.name  # a radius has no components
-        if probe not in most or _range(curve.y) > _range(most[probe].y):
-            most[probe] = curve
+        # A radius has no components.
+        of_probe.setdefault(curve.name.rpartition(" ")[0] or curve.name, []).append(curve)
+    shown = [
+        curve
+        for components in of_probe.values()
+        for curve in components
+        if _range(curve.y) >= COMPARABLE * max(_range(each.y) for each in components)
+    ]
     if "unstable_modes" in history:
         is_unstable = history["unstable_modes"] > 0.0
-        return [part for c in most.values() for part in branches(c, air / 1e3, is_unstable)]
+        return [part for c in shown for part in branches(c, air / 1e3, is_unstable)]
     pressure = thinned(history["time"], air / 1e3).mean
     return [
         PlotSeries(c.name, thinned(c.x, c.y).mean, pressure, c.colour, c.kind)
-        for c in most.values()
+        for c in shown
         if _range(c.y) > 0.0
     ]
 

@@ -416,9 +416,21 @@ class BendingActuatorMesh(Spec):
 
 
 class FileMesh(Spec):
-    """Mesh file (gmsh .msh, VTK .vtu, ABAQUS .inp) with linear cells."""
+    """Mesh file (gmsh .msh, VTK .vtu, ABAQUS .inp) with linear cells, or geometry (STEP, IGES,
+    BREP, STL) that is meshed with `size`.
+    """
 
     file: Text = Field(description="Path, relative to the file in which it is given.")
+    size: PositiveLength | None = Field(
+        default=None,
+        description="Approximate longest edge of the cells, for geometry only. Needs the package "
+        "gmsh.",
+    )
+    cells: CellKind = Field(
+        default="simplex",
+        description="Cell type, for geometry only. simplex: tetrahedra. quad: hexahedra, of a "
+        "solid with a constant section along x, y or z.",
+    )
     length_unit: PositiveLength = Field(
         default=written("1 mm"), description="Length of one unit in the file."
     )

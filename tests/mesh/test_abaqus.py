@@ -71,6 +71,25 @@ def test_one_of_several_instances_stands_where_the_assembly_has_it(read):
     assert caught.value.hint == "instances: Skin-1, Skin-2, Frame-1"
 
 
+def test_two_instances_of_one_file_are_two_bodies(tmp_path, build):
+    text = CAE.replace("*Assembly, name", FRAME + "*Assembly, name").replace(
+        "*End Instance\n", "*End Instance\n" + OTHERS
+    )
+    (tmp_path / "assembly.inp").write_text(text)
+    body = "mesh: {file: assembly.inp, instance: %s}, formulation: axisymmetric, material: %s"
+    first, second = body % ("Skin-1", "ecoflex_00_30"), body % ("Skin-2", "dragon_skin_30")
+    model = build(
+        f"bodies:\n  lower: {{{first}, fixed: [Left_end]}}\n"
+        f"  upper: {{{second}, fixed: [Shared]}}\ntime: {{end: 1 s}}\n"
+    )
+    lower, upper = model.bodies
+    assert (lower.points.min(axis=0).tolist(), lower.points[:, 1].max()) == ([0, 0], 0.01)
+    np.testing.assert_allclose(upper.points.min(axis=0), [0, 0.02], atol=1e-15)
+    assert "Cavity" in lower.facet_sets and "Cavity" not in upper.facet_sets
+    stiffness = [b.regions[0].material.law.initial_shear_modulus for b in model.bodies]
+    assert stiffness[1] > 2.0 * stiffness[0]
+
+
 def test_mid_side_nodes_of_second_order_elements_are_left_out(read):
     """A node set keeps its corners; one of mid-side nodes alone is dropped."""
     text = TETRAHEDRON.replace("C3D4", "C3D10M").replace(

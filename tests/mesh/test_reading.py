@@ -133,10 +133,12 @@ def test_mid_side_nodes_of_second_order_cells_are_left_out(tmp_path):
 @pytest.mark.parametrize(
     ("name", "said", "hint"),
     [
-        ("foot.STEP", "is CAD geometry, not a mesh", "`gmsh -3 foot.STEP -o foot.msh -clmax 2.5`"),
-        ("foot.iges", "is CAD geometry, not a mesh", "gmsh -3 foot.iges"),
-        ("foot.brep", "is CAD geometry, not a mesh", "gmsh -3 foot.brep"),
-        ("foot.stl", "a closed surface of triangles, not a volume mesh", 'Merge "foot.stl"; '),
+        ("foot.STEP", "is CAD geometry, not a mesh", "`softsim mesh foot.STEP --size 1mm`"),
+        ("foot.iges", "is CAD geometry, not a mesh", "{file: foot.iges, size: 1 mm}"),
+        ("foot.brep", "is CAD geometry, not a mesh", "softsim mesh foot.brep"),
+        ("foot.geo", "is a script for gmsh, not a mesh", "softsim mesh foot.geo"),
+        ("foot.stl", "a closed surface of triangles, not a volume mesh", "softsim mesh foot.stl"),
+        ("foot.ply", "a closed surface of triangles, not a volume mesh", "convert it to STL"),
         ("foot.xdmf", "this mesh format is not supported", "formats: .msh, .vtu, .inp"),
     ],
 )

@@ -56,6 +56,11 @@ def test_an_inflation_curve_is_the_component_that_moves_the_most(history) -> Non
     assert [c.name for c in inflation_curves(history, UNITS)] == ["tip y", "foot y"]
 
 
+def test_components_that_move_about_as_much_are_inflation_curves_too(history) -> None:
+    history["tip_x"] = -1.5e-3 * RISING
+    assert [c.name for c in inflation_curves(history, UNITS)] == ["tip x", "tip y", "foot y"]
+
+
 @pytest.mark.parametrize("pressure", [np.full(11, np.nan), np.zeros(11), np.full(11, 5e3)])
 def test_without_a_changing_pressure_there_is_no_inflation_curve(history, pressure) -> None:
     assert inflation_curves(history | {"pressure": pressure}, UNITS) == []
