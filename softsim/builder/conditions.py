@@ -217,6 +217,7 @@ def probes(names: Names, points: np.ndarray, is_free: np.ndarray, ties: Ties) ->
             members = names.node_set(probe.nodes, (*keys, "nodes"))
             geometry = names.geometry
             refuse_radius_without_axis(names, probe.kind, keys)
+            refuse_rotation_of_line(names, probe.kind, points[members], keys)
             refuse_reaction_of_tied(names, probe.kind, members, points, ties, keys)
         result.append(Probe(name, probe.kind, members, geometry))
     return tuple(result)
@@ -236,6 +237,19 @@ def refuse_reaction_of_tied(
             f"the node at {in_mm(points[tied[0]])} is tied to a facet, so its force acts on the "
             "nodes of the facet",
             "leave tied nodes out of the set; use the nodes of the facet instead",
+        )
+
+
+def refuse_rotation_of_line(names: Names, kind: str, points: np.ndarray, keys: Keys) -> None:
+    """Raise SceneError if nodes at these places (n, d) [m] do not determine a rotation."""
+    sizes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    needed = points.shape[1] - 1
+    spread = len(sizes) >= needed and sizes[needed - 1] > 1e-6 * sizes[0]
+    if kind == "rotation" and not spread:
+        raise names.loaded.error(
+            (*keys, "nodes"),
+            "the nodes are at one place" if needed == 1 else "the nodes are in one line",
+            "their rotation is not determined: name a set of a face",
         )
 
 

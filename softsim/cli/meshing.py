@@ -225,6 +225,7 @@ def starter_scene(
         "output:",
         "  probes:",
         f"    tip: {{kind: displacement, nodes: {body}.{tip}}}  # columns tip_x, tip_y, tip_z",
+        f"    angle: {{kind: rotation, nodes: {body}.{tip}}}  # columns angle_x, angle_y, angle_z",
         "  history_interval: 50 ms  # longest load step: 20 rows of history.csv",
         "  frame_interval: 50 ms    # frames of figures and films",
     ]

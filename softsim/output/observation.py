@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from softsim.analysis import passage as along_path
 from softsim.analysis.passage import CROSSING_COLUMNS, end_readings
@@ -104,7 +105,9 @@ def frame_columns(axes: str) -> dict[str, str]:
     return found
 
 
-PROBE_UNITS = {"displacement": "m", "radius": "m", "reaction": "N", "volume": "m^3"}
+PROBE_UNITS = {
+    "displacement": "m", "rotation": "rad", "radius": "m", "reaction": "N", "volume": "m^3",
+}  # fmt: skip
 
 
 def probe_values(scenario: Scenario, probe: Probe, x: np.ndarray) -> np.ndarray:
@@ -114,12 +117,26 @@ def probe_values(scenario: Scenario, probe: Probe, x: np.ndarray) -> np.ndarray:
     if probe.kind == "radius":
         axis = 0 if len(x[0]) == 3 else 1
         return np.linalg.norm(np.delete(x[probe.members], axis, axis=1), axis=1).mean(keepdims=True)
+    if probe.kind == "rotation":
+        return mean_rotation(scenario.model.points[probe.members], x[probe.members])
     if probe.kind == "displacement":
         return (x - scenario.model.points)[probe.members].mean(axis=0)
     # What holds the nodes is the opposite of what the rest does to them, their weight included.
     model = scenario.model
     weight = model.mass[probe.members].sum() * scenario.read(scenario.terms.nodes.gravity)
     return -scenario.read(scenario.terms.nodes.force)[probe.members].sum(axis=0) - weight
+
+
+def mean_rotation(rest: np.ndarray, now: np.ndarray) -> np.ndarray:
+    """Return the rotation [rad] that moves points (n, d) closest to their present places.
+
+    Squares of the distances are minimized (Kabsch 1976). In a plane it is an angle (1,), in space a
+    rotation vector (3,).
+    """
+    a, b = rest - rest.mean(axis=0), now - now.mean(axis=0)
+    if a.shape[1] == 2:
+        return np.arctan2([(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()], (a * b).sum())
+    return Rotation.align_vectors(b, a)[0].as_rotvec()
 
 
 @dataclass(frozen=True)

@@ -98,6 +98,7 @@ def joules(largest: float) -> tuple[float, str]:
 
 QUANTITIES = {
     "m": ("length", 1e3, "mm"),
+    "rad": ("angle", np.degrees(1.0), "deg"),
     "N": ("force", 1.0, "N"),
     "m^3": ("volume", 1e6, "ml"),
 }
@@ -147,8 +148,10 @@ def name_and_axis(column: str, unit: str) -> tuple[str, str]:
     return (name, axis) if is_vector else (column, "")
 
 
-def inflation_curves(history: History, units: Mapping[str, str]) -> list[PlotSeries]:
-    """Return curves of the air pressure [kPa] over displacement or radius probes [mm].
+def inflation_curves(
+    history: History, units: Mapping[str, str], unit: str = "m"
+) -> list[PlotSeries]:
+    """Return curves of the air pressure [kPa] over the probes of a unit of the history, as drawn.
 
     Of each probe the component that moves most is taken, and others that move at least COMPARABLE
     times as much, without vibration; probes at rest are omitted. The part of a path of equilibria
@@ -159,7 +162,7 @@ def inflation_curves(history: History, units: Mapping[str, str]) -> list[PlotSer
     if air is None or _range(air) == 0.0:
         return []
     of_probe: dict[str, list[PlotSeries]] = {}
-    for curve in curves_of(history, units).get("m", []):
+    for curve in curves_of(history, units).get(unit, []):
         # A radius has no components.
         of_probe.setdefault(curve.name.rpartition(" ")[0] or curve.name, []).append(curve)
     shown = [
@@ -210,6 +213,7 @@ TITLES = {
     "pull": "Pull",
     "probes": "Probes",
     "pressure_probe": "Pressure versus probes",
+    "pressure_angle": "Pressure versus rotations",
 }
 """Title by name of a figure."""
 
@@ -384,12 +388,16 @@ def probes(history: History, units: Mapping[str, str]) -> Iterator[Panel]:
 
 
 def inflation(history: History, units: Mapping[str, str]) -> dict[str, Diagram]:
-    """Return the figure of the air pressure over the displacements and radii of probes, if any."""
-    name, curves = "pressure_probe", inflation_curves(history, units)
-    if not curves:
-        return {}
-    panel = Panel(PlotAxis(Scale("air pressure [kPa]", from_zero=True), curves))
-    return {name: Diagram(TITLES[name], Scale("displacement or radius [mm]"), [panel])}
+    """Return the figures of the air pressure over the places and over the rotations of probes."""
+    found = {}
+    for name, unit, across in (
+        ("pressure_probe", "m", "displacement or radius [mm]"),
+        ("pressure_angle", "rad", "rotation [deg]"),
+    ):
+        if curves := inflation_curves(history, units, unit):
+            panel = Panel(PlotAxis(Scale("air pressure [kPa]", from_zero=True), curves))
+            found[name] = Diagram(TITLES[name], Scale(across), [panel])
+    return found
 
 
 # -------------------------------------------------------------------------------------------------

@@ -117,6 +117,7 @@ OF_TRACKS = {
 }
 OF_PROBES = {
     "displacement": LENGTH,
+    "rotation": Measure("rad"),
     "radius": LENGTH,
     "reaction": FORCE,
     "volume": Measure("m^3"),

@@ -35,6 +35,16 @@ class RadiusProbe(Spec):
     nodes: SetReference = Field(description='Node set, such as "skin.equator_outer".')
 
 
+class RotationProbe(Spec):
+    """Mean rotation of a node set about its centre, for example of the tip of a finger. History
+    column NAME, in 2D: the angle about z between -180 and 180 degrees; in 3D the columns NAME_x,
+    NAME_y, NAME_z: the rotation vector.
+    """
+
+    kind: Literal["rotation"] = Field(description="Kind of probe.")
+    nodes: SetReference = Field(description='Node set, such as "finger.tip".')
+
+
 class ReactionProbe(Spec):
     """Reaction force on a fixed or prescribed node set, against the rest of its body and its own
     weight. History columns NAME_x, NAME_y and in 3D NAME_z.
@@ -54,13 +64,14 @@ class VolumeProbe(Spec):
 
 
 Probe = Annotated[
-    DisplacementProbe | RadiusProbe | ReactionProbe | VolumeProbe, Field(discriminator="kind")
+    DisplacementProbe | RotationProbe | RadiusProbe | ReactionProbe | VolumeProbe,
+    Field(discriminator="kind"),
 ]
 
 
 def probe_columns(name: str, kind: str, axes: str) -> list[str]:
     """Return the history columns of a probe: its name, or one per component."""
-    has_components = kind in ("displacement", "reaction")
+    has_components = kind in ("displacement", "reaction") or (kind == "rotation" and len(axes) == 3)
     return [f"{name}_{a}" for a in axes] if has_components else [name]
 
 
@@ -115,7 +126,8 @@ class Output(Spec):
     def _columns_are_new(cls, probes: dict[str, Probe]) -> dict[str, Probe]:
         taken: dict[str, str] = {}
         for name, probe in probes.items():
-            for column in probe_columns(name, probe.kind, "xyz"):
+            in_plane, in_space = (probe_columns(name, probe.kind, axes) for axes in ("xy", "xyz"))
+            for column in dict.fromkeys(in_plane + in_space):
                 owner = taken.get(column) if is_probe(column) else "the history's own"
                 if owner is not None:
                     raise ValueError(

@@ -130,6 +130,14 @@ def test_nodes_on_the_axis_stay_on_it(build):
         (RING.replace("axisymmetric", "plane_strain, thickness: 1 mm")
          + "output: {probes: {r: {kind: radius, nodes: b.left}}}\n",
          "has no axis from which a radius", "displacement"),
+        (RING.replace("material", "sets: {corner: {box: [[1.9 mm, 1.9 mm], [2.1 mm, 2.1 mm]]}}, "
+                      "material")
+         + "output: {probes: {r: {kind: rotation, nodes: b.corner}}}\n",
+         "the nodes are at one place", "name a set of a face"),
+        (BODY.replace("material", "sets: {edge: {box: [[1.9 mm, 1.9 mm, -1 mm], "
+                      "[2.1 mm, 2.1 mm, 3 mm]]}}, material")
+         .replace("conditions:\n", "output: {probes: {r: {kind: rotation, nodes: b.edge}}}\n"),
+         "the nodes are in one line", "name a set of a face"),
         (RING + "conditions:\n" + START % ("top", "angular_velocity: 1 rad/s"),
          "cannot turn", "3D model"),
         (SECTION + START % ("top", "angular_velocity: [0 rad/s, 0 rad/s, 1 rad/s]"),

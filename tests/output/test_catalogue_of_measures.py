@@ -48,6 +48,7 @@ output:
   probes:
     moved: {kind: displacement, nodes: b.top}
     held: {kind: reaction, nodes: b.bottom}
+    turned: {kind: rotation, nodes: b.top}
 """
 OF_REVOLUTION = """
 bodies:
@@ -62,7 +63,8 @@ bodies:
       formulation: solid, material: dragon_skin_10, fixed: [bottom]}
 time: {end: 2 s}
 rigid_bodies: {frame: {mass: 8.8 g, inertia: 1 g*mm^2, center: [2 mm, 9 mm]}}
-output: {probes: {moved: {kind: displacement, nodes: b.top}}}
+output:
+  probes: {moved: {kind: displacement, nodes: b.top}, turned: {kind: rotation, nodes: b.top}}
 robot: {track: moved}
 """
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 BAR = """\
 bodies:
@@ -141,3 +142,28 @@ def test_the_pose_of_a_spinning_body(build, start):
     readings = frame_readings(pose)
     assert readings["frame_rotation_z"] == pytest.approx(turned, rel=1e-9)
     assert readings["frame_rotation_x"] == readings["frame_rotation_y"] == 0.0
+
+
+def test_the_rotation_of_nodes_is_that_of_a_rigid_motion_beside_a_stretch():
+    from softsim.output.observation import mean_rotation
+
+    rest = np.random.default_rng(1).normal(size=(20, 3))
+    rest -= rest.mean(axis=0)
+    rest = np.concatenate([rest, -rest])
+    vector = np.array([0.4, -0.9, 0.3])
+    turn = Rotation.from_rotvec(vector).as_matrix()
+    moved = rest @ (turn * [1.2, 1.2, 1.2]).T + [1.0, 2.0, 3.0]
+    np.testing.assert_allclose(mean_rotation(rest, moved), vector, rtol=1e-12)
+    angle = np.radians(170.0)
+    in_plane = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    moved = 1.2 * rest[:, :2] @ in_plane.T - [5.0, 0.0]
+    np.testing.assert_allclose(mean_rotation(rest[:, :2], moved), [angle], rtol=1e-12)
+
+
+def test_the_rotation_of_a_strip_under_shear_is_half_of_the_angle():
+    """For a small shear gamma of a square: rotation gamma / 2."""
+    from softsim.output.observation import mean_rotation
+
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    sheared = square + 1e-6 * np.column_stack([-square[:, 1], np.zeros(4)])
+    assert mean_rotation(square, sheared)[0] == pytest.approx(0.5e-6, rel=1e-6)
