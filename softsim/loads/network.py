@@ -197,7 +197,7 @@ class Network(Load):
         found = {}
         for node in self.nodes:
             found |= {f"{CHAMBER_PRESSURE}{node.name}": "Pa"}
-            found |= {f"room_{node.name}": "m^3", f"content_{node.name}": "m^3"}
+            found |= {f"volume_{node.name}": "m^3", f"content_{node.name}": "m^3"}
             if node.has_supply:
                 found[f"supply_{node.name}"] = "m^3/s"  # mean since the last row
         return found | {f"flow_{edge.name}": "m^3/s" for edge in self.edges}  # the same
@@ -398,7 +398,7 @@ class NetworkTerm(Term):
 
     def state_fields(self) -> dict[str, ti.Field]:
         return {
-            "network_time": self.time, "content": self.content, "room": self.volume,
+            "network_time": self.time, "content": self.content, "node_volume": self.volume,
             "node_pressure": self.pressure, "moved": self.moved, "supplied": self.supplied,
         }  # fmt: skip
 
@@ -415,7 +415,7 @@ class NetworkTerm(Term):
         now = {}
         for k, node in enumerate(network.nodes):
             now[f"{CHAMBER_PRESSURE}{node.name}"] = float(pressure[k]) - network.fluid.reference
-            now[f"room_{node.name}"] = float(volume[k])
+            now[f"volume_{node.name}"] = float(volume[k])
             now[f"content_{node.name}"] = float(content[k])
             if node.has_supply:
                 now[f"supply_{node.name}"] = float(supplied[k]) * rate

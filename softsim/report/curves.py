@@ -100,6 +100,7 @@ QUANTITIES = {
     "m": ("length", 1e3, "mm"),
     "N": ("force", 1.0, "N"),
     "m^3": ("volume", 1e6, "ml"),
+    "m^3/s": ("flow", 1e6, "ml/s"),
 }
 """Quantity, factor and drawn unit by unit in the history."""
 

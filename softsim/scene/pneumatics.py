@@ -197,7 +197,7 @@ EdgeSpec = Annotated[TubeSpec | ValveSpec, Field(discriminator="kind")]
 
 class Pneumatics(Spec):
     """Network of sources, vessels and chambers, joined by tubes and valves. The history has the
-    columns pressure_NODE, room_NODE (volume), content_NODE (of a gas, measured as ambient gas),
+    columns pressure_NODE, volume_NODE, content_NODE (of a gas, measured as ambient gas),
     supply_NODE of regulators and pumps, and flow_EDGE; flows are means since the last row.
     """
 
