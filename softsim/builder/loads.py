@@ -435,9 +435,7 @@ def pressure_source(
         gas = AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
         refuse_emptied(names, gas, f"{gas.initial_mass * 1e6:.4g} mg of gas", keys)
         return gas
-    liquid = AddedVolume(
-        profile, volume, liquid_modulus(names, volume, stiffest, compliance, keys)
-    )
+    liquid = AddedVolume(profile, volume, liquid_modulus(names, volume, stiffest, compliance, keys))
     refuse_emptied(names, liquid, f"{volume * 1e6:.4g} ml", keys)
     return liquid
 

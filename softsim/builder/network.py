@@ -29,6 +29,7 @@ from softsim.loads.network import (
 )
 from softsim.loads.pressure import ATMOSPHERE, FollowerPressure, PressureSource
 from softsim.loads.profile import Profile, constant
+from softsim.scene.outputs import probe_columns
 from softsim.scene.pneumatics import (
     EdgeSpec,
     GasSpec,
@@ -43,6 +44,7 @@ from softsim.scene.pneumatics import (
     VesselSpec,
 )
 from softsim.scene.profiles import FactorProfile
+from softsim.scene.quantities import Spec
 from softsim.scene.text import Keys
 
 PLACE = ("pneumatics",)
@@ -71,7 +73,9 @@ def built_network(loaded: LoadTargets, others: Mapping[str, Load]) -> dict[str, 
     nodes = tuple(made.node(name, chambers.get(f"pneumatics.{name}")) for name in given.nodes)
     edges = tuple(made.edge(name, edge, ends[name]) for name, edge in given.edges.items())
     numbers = tuple(list(given.nodes).index(chamber.name) for chamber in chambers.values())
-    return {**chambers, "pneumatics": Network(made.fluid, nodes, edges, numbers, tuple(chambers))}
+    network = Network(made.fluid, nodes, edges, numbers, tuple(chambers))
+    refuse_same_columns(names, network)
+    return {**chambers, "pneumatics": network}
 
 
 def refuse_static(names: Names) -> None:
@@ -101,9 +105,7 @@ def ends_of(names: Names, given: Pneumatics, name: str) -> tuple[int, int]:
     return known.index(between[0]), known.index(between[1])
 
 
-def refuse_isolated(
-    names: Names, given: Pneumatics, ends: Mapping[str, tuple[int, int]]
-) -> None:
+def refuse_isolated(names: Names, given: Pneumatics, ends: Mapping[str, tuple[int, int]]) -> None:
     """Raise SceneError for nodes from which no path of edges leads to a chamber.
 
     The surroundings end a path: their pressure is constant.
@@ -137,6 +139,18 @@ def refuse_isolated(
             )
 
 
+def refuse_same_columns(names: Names, network: Network) -> None:
+    """Raise SceneError if a probe has the name of a column of the network."""
+    for name, probe in names.scene.output.probes.items():
+        for column in probe_columns(name, probe.kind, "xyz"):
+            if column in network.columns:
+                raise names.loaded.error(
+                    ("output", "probes", name),
+                    f"the network already has a column '{column}'",
+                    "give the probe another name",
+                )
+
+
 def tube_volumes(given: Pneumatics, ends: Mapping[str, tuple[int, int]]) -> np.ndarray:
     """Return the volume [m^3] that half of each tube adds to the nodes (n + 1,)."""
     volumes = np.zeros(len(given.nodes) + 1)
@@ -152,9 +166,7 @@ def refuse_shared(
     """Raise SceneError if a chamber has the name of a load, or a facet with another pressure."""
     pressures = {k: load for k, load in others.items() if isinstance(load, FollowerPressure)}
     owners = {
-        frozenset(facet): name
-        for name, load in pressures.items()
-        for facet in load.facets.tolist()
+        frozenset(facet): name for name, load in pressures.items() for facet in load.facets.tolist()
     }
     for chamber in chambers.values():
         keys = (*PLACE, "nodes", chamber.name)
@@ -237,7 +249,7 @@ class _Making:
             for n in nodes
         )
 
-    def profile(self, data: FactorProfile, name: str, key: str) -> Profile:
+    def profile(self, data: Spec, name: str, key: str) -> Profile:
         """Return a profile of a node over time [s] of the whole run."""
         return over_the_run(self.names, data, (*PLACE, "nodes", name, key))
 

@@ -17,14 +17,14 @@ temperature and gas constant cancel: K = pi d^4 / (256 mu L p_a) of a tube for g
 (128 mu L) for a liquid (Hagen and Poiseuille).
 
 The volumes of all chambers are known before pressures are needed. All contents are integrated
-together over an increment h by the two-stage method of Alexander (1977), which is of second order
-and L-stable, with g = 1 - 1/sqrt(2):
+together over an increment h by the backward Euler method, c = c_0 + h f(p), at the new volumes. It
+is of first order, stable for any conductance, and does not overshoot: no node comes to a pressure
+above or below those that feed it, however small its volume is. Methods of second order do (a
+regulator would overfill a junction behind a closed valve), and they would gain little: increments
+are short against the times in which chambers fill.
 
-    c_1 = c_0 + g h f(p_1)
-    c_2 = c_0 + (1 - g) h f(p_1) + g h f(p_2)
-
-Each stage is solved for the pressures by Newton's method with a line search. The matrix
-dc/dp - g h df/dp is dominated by the diagonal in each column, with off-diagonal terms that are not
+The pressures are found by Newton's method with a line search. The matrix
+dc/dp - h df/dp is dominated by the diagonal in each column, with off-diagonal terms that are not
 positive, for any flow that falls with the pressure ahead of it: elimination needs no pivots. A flow
 enters the contents of both ends with opposite signs, so that the total is conserved to round-off.
 """
@@ -42,7 +42,6 @@ from softsim.compute.term import Pass, PerScenario, Stage, Term
 from softsim.errors import SimulationError
 from softsim.loads.load import Load
 from softsim.loads.pressure import (
-    ATMOSPHERE,
     VOLUME_COLUMN,
     FollowerPressureTerm,
     PressureKernel,
@@ -55,12 +54,12 @@ from softsim.scene.quantities import CHAMBER_PRESSURE
 AMBIENT = "ambient"
 """Name of the surroundings, to which edges may lead."""
 
-GAMMA = 1.0 - np.sqrt(0.5)
-STAGES = ((GAMMA, 1.0 - GAMMA), (1.0, GAMMA))
-"""Of each stage: its time in the increment, and the fraction of the increment that it adds."""
+LINE_PRESSURE = "line_pressure_"
+"""Prefix of the columns of the pressures of nodes that are no chambers."""
 
-LEAST_VOLUME = 1e-12
-"""Volume [m^3] of a node without a volume: a thousandth of a cubic millimetre."""
+LEAST_VOLUME = 1e-10
+"""Volume [m^3] of a node without a volume, a tenth of a cubic millimetre: less than any real one,
+and large enough that round-off of the flows through it is far below a pascal."""
 
 # Newton's method stops at a change of pressure [Pa] below this, whose square is the error left.
 PRESSURE_TOLERANCE = 1e-4
@@ -194,13 +193,18 @@ class Network(Load):
     @property
     def columns(self) -> dict[str, str]:
         """Columns of each node and edge; contents and flows of a gas are those of ambient gas."""
-        found = {}
-        for node in self.nodes:
-            found |= {f"{CHAMBER_PRESSURE}{node.name}": "Pa"}
+        found: dict[str, str] = {}
+        for k, node in enumerate(self.nodes):
+            found |= {self.pressure_column(k): "Pa"}
             found |= {f"volume_{node.name}": "m^3", f"content_{node.name}": "m^3"}
             if node.has_supply:
                 found[f"supply_{node.name}"] = "m^3/s"  # mean since the last row
         return found | {f"flow_{edge.name}": "m^3/s" for edge in self.edges}  # the same
+
+    def pressure_column(self, number: int) -> str:
+        """Return the column of the pressure of a node; those of chambers are drawn as such."""
+        prefix = CHAMBER_PRESSURE if number in self.chamber_nodes else LINE_PRESSURE
+        return f"{prefix}{self.nodes[number].name}"
 
     @property
     def last_change(self) -> float:
@@ -378,9 +382,12 @@ class NetworkTerm(Term):
         self.pressure = real_field(
             np.array([[*(d.fluid.reference for _ in range(n + 1))] for d in scenarios])
         )
-        self.moved, self.supplied = real_field(np.zeros((count, e))), real_field(np.zeros((count, n)))
-        # Working fields of a stage.
-        self.new_volume, self.stage_volume = (real_field(np.zeros((count, n))) for _ in range(2))
+        self.moved, self.supplied = (
+            real_field(np.zeros((count, e))),
+            real_field(np.zeros((count, n))),
+        )
+        # Working fields of an increment.
+        self.new_volume = real_field(np.zeros((count, n)))
         self.open_conductance = real_field(np.zeros((count, e)))
         self.target, self.running_flow = (real_field(np.zeros((count, n))) for _ in range(2))
         self.residual, self.change = (real_field(np.zeros((count, n))) for _ in range(2))
@@ -414,7 +421,7 @@ class NetworkTerm(Term):
         rate = 1.0 / interval if interval > 0.0 else 0.0
         now = {}
         for k, node in enumerate(network.nodes):
-            now[f"{CHAMBER_PRESSURE}{node.name}"] = float(pressure[k]) - network.fluid.reference
+            now[network.pressure_column(k)] = float(pressure[k]) - network.fluid.reference
             now[f"volume_{node.name}"] = float(volume[k])
             now[f"content_{node.name}"] = float(content[k])
             if node.has_supply:
@@ -513,13 +520,17 @@ class NetworkTerm(Term):
         return slope
 
     @ti.func
-    def set_controls(self, s, at, start, h):
-        """Set valves, pumps and regulators to the time `at` [s] of an increment h from `start`."""
+    def set_controls(self, s, start, h):
+        """Set valves, pumps and regulators to the end of an increment h [s] from `start`.
+
+        A pulsed valve is open for the fraction of the increment that its pulses cover.
+        """
+        at = start + h
         for e, opening in ti.static(enumerate(self.opening)):
             value = opening.at(s, at)
             frequency = self.pulse_frequency[s, e]
             if frequency > 0.0:
-                begun, ended = start * frequency, (start + h) * frequency
+                begun, ended = start * frequency, at * frequency
                 open_time = pulses(ended, value) - pulses(begun, value)
                 value = ti.min(ti.max(open_time / (ended - begun), 0.0), 1.0)
             self.open_conductance[s, e] = self.conductance[s, e] * value
@@ -531,16 +542,12 @@ class NetworkTerm(Term):
 
     @ti.func
     def integrate(self, s, start, h):
-        """Integrate contents over an increment h [s] while volumes change linearly."""
-        for at, share in ti.static(STAGES):
-            self.set_controls(s, start + at * h, start, h)
-            for k in range(self.node_count):
-                volume = self.volume[s, k] + at * (self.new_volume[s, k] - self.volume[s, k])
-                self.stage_volume[s, k] = volume
-                if ti.static(at < 1.0):
-                    self.pressure[s, k] = self.pressure_at(s, k, volume)
-            self.solve(s, GAMMA * h)
-            self.transfer(s, share * h)
+        """Integrate the contents over an increment h [s] at the new volumes."""
+        self.set_controls(s, start, h)
+        for k in range(self.node_count):
+            self.pressure[s, k] = self.pressure_at(s, k, self.new_volume[s, k])
+        self.solve(s, h)
+        self.transfer(s, h)
 
     @ti.func
     def transfer(self, s, h):
@@ -561,7 +568,7 @@ class NetworkTerm(Term):
     def evaluate(self, s, h):
         """Compute c(p) - c - h f(p) of each node; return the sum of magnitudes [m^3]."""
         for k in range(self.node_count):
-            there = self.content_at(s, k, self.stage_volume[s, k], self.pressure[s, k])
+            there = self.content_at(s, k, self.new_volume[s, k], self.pressure[s, k])
             self.residual[s, k] = there - self.content[s, k]
         for e in range(self.edge_count):
             amount = h * self.edge_flow(s, e)
@@ -582,7 +589,7 @@ class NetworkTerm(Term):
         for k in range(self.node_count):
             for j in range(self.node_count):
                 self.matrix[s, k, j] = 0.0
-            self.matrix[s, k, k] = self.content_slope(s, k, self.stage_volume[s, k])
+            self.matrix[s, k, k] = self.content_slope(s, k, self.new_volume[s, k])
         for k in ti.static(self.supplied_nodes):
             self.matrix[s, k, k] += h * self.supply_slope(s, k)
         for e in range(self.edge_count):

@@ -1,4 +1,4 @@
-"""Pneumatic and hydraulic networks: nodes (chambers, vessels, sources) and edges (tubes, valves)."""
+"""Pneumatic and hydraulic networks: chambers, vessels and sources, joined by tubes and valves."""
 
 from typing import Annotated, Any, Literal
 
@@ -78,9 +78,7 @@ class VesselSpec(Spec):
     volume: NotNegativeVolume = Field(
         default=written("0 ml"), description="Volume. Without it, a junction."
     )
-    pressure: Pressure = Field(
-        default=written("0 kPa"), description="Gauge pressure at the start."
-    )
+    pressure: Pressure = Field(default=written("0 kPa"), description="Gauge pressure at the start.")
 
 
 class RegulatorSpec(Spec):
@@ -90,9 +88,7 @@ class RegulatorSpec(Spec):
     profile: FixedProfile = Field(
         discriminator="kind", description="Set pressure over time, as gauge pressure."
     )
-    flow: PositiveVolumeFlow = Field(
-        description="Largest flow; of a gas, measured as ambient gas."
-    )
+    flow: PositiveVolumeFlow = Field(description="Largest flow; of a gas, measured as ambient gas.")
     droop: PositivePressure = Field(
         default=written("0.5 kPa"),
         description="Difference below the set pressure at which the largest flow is reached. The "
@@ -197,8 +193,9 @@ EdgeSpec = Annotated[TubeSpec | ValveSpec, Field(discriminator="kind")]
 
 class Pneumatics(Spec):
     """Network of sources, vessels and chambers, joined by tubes and valves. The history has the
-    columns pressure_NODE, volume_NODE, content_NODE (of a gas, measured as ambient gas),
-    supply_NODE of regulators and pumps, and flow_EDGE; flows are means since the last row.
+    columns pressure_NODE (line_pressure_NODE if it is no chamber), volume_NODE, content_NODE (of a
+    gas, measured as ambient gas), supply_NODE of regulators and pumps, and flow_EDGE; flows are
+    means since the last row.
     """
 
     fluid: FluidSpec = Field(
