@@ -15,7 +15,7 @@ ALL = sorted(p.name for p in SCENES.glob("*.yaml"))
 PHYSICS = {
     "bellows.yaml", "first_look.yaml", "leafbot5.yaml", "pfr_30mm_3d.yaml",
     "pfr_36mm_air_line.yaml", "pneunet.yaml", "skin_inflation_rings.yaml", "spike_patch.yaml",
-    "tendon_finger.yaml", "terrain_step.yaml",
+    "tendon_finger.yaml", "terrain_step.yaml", "worm.yaml",
 }  # fmt: skip
 
 
@@ -65,12 +65,13 @@ def test_steps_run_for_a_moment(path, tmp_path, kernel_cache, monkeypatch):
 
 
 @pytest.mark.skipif(shutil.which("gmsh") is None, reason="gmsh is not installed")
-def test_the_mesh_of_the_bellows_is_what_its_script_makes(tmp_path):
+@pytest.mark.parametrize("name", ["bellows", "worm"])
+def test_a_mesh_is_what_its_script_makes(tmp_path, name):
     from softsim.mesh.reading import read_mesh
 
-    made = tmp_path / "bellows.msh"
-    subprocess.run(["gmsh", "-2", SCENES / "bellows.geo", "-o", made], check=True)
-    shipped, found = (read_mesh(path).mesh for path in (SCENES / "bellows.msh", made))
+    made = tmp_path / f"{name}.msh"
+    subprocess.run(["gmsh", "-2", SCENES / f"{name}.geo", "-o", made], check=True)
+    shipped, found = (read_mesh(path).mesh for path in (SCENES / f"{name}.msh", made))
     np.testing.assert_allclose(found.points, shipped.points, atol=1e-12)
     np.testing.assert_array_equal(found.cells, shipped.cells)
     for sets in ("node_sets", "facet_sets", "cell_sets"):
@@ -121,3 +122,25 @@ def test_leafbot_x5_turns_away_from_the_motor_that_runs(tmp_path):
     assert to_right["curvature"] == pytest.approx(-to_left["curvature"], rel=0.02)
     forward = to_left["forward_displacement"]
     assert to_right["forward_displacement"] == pytest.approx(forward, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_worm(tmp_path):
+    """It comes forward in each cycle of its valves, and neither end slips back by a third of it."""
+    from softsim.run import run
+
+    results = run(SCENES / "worm.yaml", out=tmp_path, device="cpu")
+    history, period = results.history, 0.4
+    ends = [np.searchsorted(history["time"], k * period) for k in (1, 2)]
+    walked = np.diff([history["body_y"][k] for k in (*ends, -1)])
+    assert (walked > 2.5e-3).all()
+    for end in ("tip_y", "tail_y"):
+        after = history[end][ends[0] :]
+        assert (np.maximum.accumulate(after) - after).max() < 0.5 * walked.min()
+    supplied = np.trapezoid(history["supply_pump"], history["time"])
+    leaked = sum(
+        np.trapezoid(history[f"flow_leak_{part}"], history["time"])
+        for part in ("rear", "middle", "front")
+    )
+    assert supplied > leaked > 10e-6
+    assert results.summary["energy_error"] < 1e-3

@@ -281,25 +281,32 @@ class _Making:
         supply = self.supply(name)
         piston = self.displaced(name, node) if isinstance(node, SyringeSpec) else None
         pressure = node.pressure if isinstance(node, VesselSpec) else 0.0
-        if pressure <= -self.fluid.ambient_pressure:
-            raise self.names.loaded.error(
-                (*PLACE, "nodes", name, "pressure"),
-                f"{1e-3 * pressure:.4g} kPa is below vacuum",
-                f"write more than {-1e-3 * self.fluid.ambient_pressure:.4g} kPa",
-            )
+        self.refuse_below_vacuum(pressure, name, "pressure")
         return NetworkNode(
             name, volume, pressure, compliance, supply is not None, supply or NO_SUPPLY,
             piston is not None, piston or NOTHING,
         )  # fmt: skip
+
+    def refuse_below_vacuum(self, pressure: float, name: str, key: str) -> None:
+        """Raise SceneError for a pressure [Pa] of a node that no fluid can have."""
+        vacuum = -self.fluid.ambient_pressure
+        if pressure <= vacuum:
+            raise self.names.loaded.error(
+                (*PLACE, "nodes", name, key),
+                f"{1e-3 * pressure:.4g} kPa is below vacuum",
+                f"write more than {1e-3 * vacuum:.4g} kPa",
+            )
 
     def supply(self, name: str) -> Supply | None:
         """Return what a regulator or pump delivers; None for other nodes."""
         node = self.given.nodes[name]
         if isinstance(node, RegulatorSpec):
             wanted = self.profile(node.profile, name, "profile")
+            self.refuse_below_vacuum(float(wanted.values.min()), name, "profile")
             least = -1.0 if node.relieving else 0.0
             return Supply(node.flow, wanted, node.droop, least, 1.0, ALWAYS)
         if isinstance(node, NetworkPumpSpec):
+            self.refuse_below_vacuum(node.stall, name, "stall")
             keys = (*PLACE, "nodes", name, "running")
             running = self.fraction(node.running, keys)
             least, most = (0.0, 1.0) if node.stall > 0.0 else (-1.0, 0.0)
