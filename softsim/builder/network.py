@@ -199,7 +199,7 @@ class _Making:
 
     @property
     def fluid(self) -> Fluid:
-        fluid = self.given.fluid
+        fluid = self.given.fluid or GasSpec(kind="gas")
         ambient = fluid.ambient_pressure if isinstance(fluid, GasSpec) else ATMOSPHERE
         return Fluid(isinstance(fluid, GasSpec), ambient, fluid.viscosity)
 

@@ -149,7 +149,7 @@ def test_what_is_refused(build, name):
     (before, after), message, line = WRONG[name]
     text = SCENE.replace(before, after, 1)
     assert text != SCENE
-    with pytest.raises(SceneError, match="scene.yaml:") as caught:
+    with pytest.raises(SceneError, match=r"scene\.yaml:") as caught:
         build(text)
     assert message in str(caught.value)
     number = int(str(caught.value.location).rsplit(":", 2)[1])
