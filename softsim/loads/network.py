@@ -243,6 +243,7 @@ class NetworkChamber(PressureSource):
     supplies: int
 
     needs_volume = True
+    can_be_set = False
     thinning_advice = (
         "the wall of a chamber becomes thinner as the chamber grows: lower the pressures of the "
         "network"

@@ -54,6 +54,8 @@ class PressureSource(ABC):
 
     needs_volume: ClassVar[bool] = False
     """True if the pressure depends on the volume of the chamber."""
+    can_be_set: ClassVar[bool] = True
+    """True if another profile can replace that of the source during a run."""
     thinning_advice: ClassVar[str] = BALLOONING
     """Advice to users on elements that become too thin."""
     initial_volume: float

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from softsim.errors import SimulationError
+
 SCENE = """
 bodies:
   one: {mesh: {generator: block, length: 1 mm, height: 5 mm, element_size: 1 mm},
@@ -102,3 +104,22 @@ def test_scenario_of_a_batch(build, restart):
     [content] = [name for name in alone if name.endswith("/content")]
     np.testing.assert_allclose(alone[content], second[content], rtol=1e-12)
     assert (neighbour[content] != beside[content]).any()
+
+
+def test_simulation_with_a_network(kernel_cache, monkeypatch, write_scene):
+    """It returns to a saved state with the same bits; the pressure of a chamber cannot be set."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim import Simulation
+
+    simulation = Simulation(write_scene(SCENE))
+    assert simulation.chambers == ()
+    simulation.step(5e-3)
+    saved = simulation.save()
+    simulation.step(5e-3)
+    expected = dict(simulation.row)
+    simulation.restore(saved)
+    simulation.step(5e-3)
+    assert dict(simulation.row) == expected
+    assert expected["flow_join"] > 0.0
+    with pytest.raises(SimulationError, match="follows from the network"):
+        simulation.set_load("pneumatics.a", 1e3)
