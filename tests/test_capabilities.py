@@ -108,7 +108,7 @@ loads:
 SPACE_ACTS = {"wall_force_normal", "slip_share", "hourglass_energy", "pressure", "frame_z"}
 
 # Tubes of triangles and of quadrilaterals in a bore: one driven by a liquid, one by a gas, one by a
-# pump at the end of an air line.
+# pump at the end of an air line, one by a network.
 REVOLVED = f"""
 bodies:
   wet: {{mesh: {{generator: block, length: 1 mm, height: 5 mm, element_size: 1 mm}},
@@ -118,6 +118,8 @@ bodies:
   pumped: {{mesh: {{generator: block, length: 1 mm, height: 5 mm, element_size: 1 mm}},
            formulation: axisymmetric, material: soft, position: [4 mm, 20 mm],
            fixed: [bottom, top]}}
+  fed: {{mesh: {{generator: block, length: 1 mm, height: 5 mm, element_size: 1 mm}},
+        formulation: axisymmetric, material: soft, position: [4 mm, 30 mm], fixed: [bottom, top]}}
   ball: {{mesh: {{generator: block, length: 1 mm, height: 1 mm, element_size: 1 mm}},
          formulation: axisymmetric, material: soft, position: [1 mm, -1.9 mm],
          initial_velocity: [0 m/s, -0.5 m/s]}}
@@ -134,11 +136,26 @@ loads:
          pump: {{flow: 200 ml/s, stall: 50 kPa}}, valve: {{flow: 30 ml/s, pressure: 20 kPa}},
          tube: {{length: 20 mm, bore: 2 mm}},
          profile: {{kind: table, points: [[0 s, 0 kPa], [1 ms, 5 kPa], [5 ms, 5 kPa]]}}}}
+pneumatics:
+  nodes:
+    wall: {{kind: regulator, flow: 300 ml/s, relieving: true,
+           profile: {{kind: smooth_step, value: 9 kPa, duration: 1 ms}}}}
+    pump: {{kind: pump, flow: 50 ml/s, stall: 20 kPa}}
+    syringe: {{kind: syringe, volume: 1 ml, profile: {{kind: ramp, value: 0.1 ml, duration: 3 ms}}}}
+    fed: {{kind: chamber, facets: [fed.left]}}
+  edges:
+    tube: {{kind: tube, between: [wall, fed], length: 10 mm, bore: 2 mm}}
+    pulsed: {{kind: valve, between: [pump, fed], flow: 30 ml/s, pressure: 20 kPa, pulses: 1 kHz,
+             opening: {{kind: constant, value: 0.4}}}}
+    needle: {{kind: tube, between: [syringe, fed], length: 5 mm, bore: 1 mm}}
+    leak: {{kind: valve, between: [fed, ambient], flow: 20 ml/s, pressure: 20 kPa}}
 robot: {{chamber: line}}
 output: {{probes: {{room: {{kind: volume, facets: [wet.left]}}}}}}
 {MATERIALS}"""
 REVOLVED_ACTS = {
     "pressure_liquid", "pressure_gas", "pressure_line", "air_flow", "wall_force_normal", "room",
+    "pressure_fed", "line_pressure_wall", "supply_wall", "supply_pump", "volume_fed", "flow_tube",
+    "flow_pulsed", "flow_needle", "flow_leak", "content_syringe",
 }  # fmt: skip
 
 STRUCTURES = {

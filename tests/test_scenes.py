@@ -1,6 +1,8 @@
 """Every scene that is shipped: it loads, builds, and runs for a moment."""
 
 import io
+import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +15,7 @@ ALL = sorted(p.name for p in SCENES.glob("*.yaml"))
 PHYSICS = {
     "bellows.yaml", "first_look.yaml", "leafbot5.yaml", "pfr_30mm_3d.yaml",
     "pfr_36mm_air_line.yaml", "pneunet.yaml", "skin_inflation_rings.yaml", "spike_patch.yaml",
-    "tendon_finger.yaml", "terrain_step.yaml",
+    "tendon_finger.yaml", "terrain_step.yaml", "worm.yaml",
 }  # fmt: skip
 
 
@@ -62,6 +64,29 @@ def test_steps_run_for_a_moment(path, tmp_path, kernel_cache, monkeypatch):
         assert results.summary["status"] == "done" and results.summary["energy_error"] < 0.01
 
 
+@pytest.mark.skipif(shutil.which("gmsh") is None, reason="gmsh is not installed")
+def test_the_mesh_of_the_worm_is_what_its_script_makes(tmp_path):
+    """Its triangles may differ between versions of gmsh, its sets may not."""
+    shipped, found = meshes_of_script("worm", tmp_path)
+    assert found.node_sets.keys() == shipped.node_sets.keys()
+    for name, nodes in shipped.node_sets.items():
+        for extreme in (np.min, np.max):
+            places = (
+                extreme(mesh.points[mesh.node_sets[name]], axis=0) for mesh in (shipped, found)
+            )
+            np.testing.assert_allclose(*places, atol=1e-9)
+        assert len(found.node_sets[name]) == pytest.approx(len(nodes), rel=0.1)
+
+
+def meshes_of_script(name, folder):
+    """Return the shipped mesh of a scene and that which gmsh makes of its script."""
+    from softsim.mesh.reading import read_mesh
+
+    made = folder / f"{name}.msh"
+    subprocess.run(["gmsh", "-2", SCENES / f"{name}.geo", "-o", made], check=True)
+    return tuple(read_mesh(path).mesh for path in (SCENES / f"{name}.msh", made))
+
+
 @pytest.mark.slow
 def test_vertical_hold(tmp_path):
     """Once inflated and at rest, 5 s in a vertical pipe without creep: less than 1 um."""
@@ -106,3 +131,25 @@ def test_leafbot_x5_turns_away_from_the_motor_that_runs(tmp_path):
     assert to_right["curvature"] == pytest.approx(-to_left["curvature"], rel=0.02)
     forward = to_left["forward_displacement"]
     assert to_right["forward_displacement"] == pytest.approx(forward, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_worm(tmp_path):
+    """It comes forward in each cycle of its valves, and neither end slips back by a third of it."""
+    from softsim.run import run
+
+    results = run(SCENES / "worm.yaml", out=tmp_path, device="cpu")
+    history, period = results.history, 0.4
+    ends = [np.searchsorted(history["time"], k * period) for k in (1, 2)]
+    walked = np.diff([history["body_y"][k] for k in (*ends, -1)])
+    assert (walked > 2.5e-3).all()
+    for end in ("tip_y", "tail_y"):
+        after = history[end][ends[0] :]
+        assert (np.maximum.accumulate(after) - after).max() < 0.5 * walked.min()
+    supplied = np.trapezoid(history["supply_pump"], history["time"])
+    leaked = sum(
+        np.trapezoid(history[f"flow_leak_{part}"], history["time"])
+        for part in ("rear", "middle", "front")
+    )
+    assert supplied > leaked > 10e-6
+    assert results.summary["energy_error"] < 1e-3

@@ -20,7 +20,7 @@ PAGE = ROOT / "docs" / "tutorials" / "gallery.md"
 WIDTH = 900
 """Of a picture, at most [pixels]."""
 
-LARGEST = 60_000
+LARGEST = 70_000
 """Size of a picture's file, at most [bytes]."""
 
 COMMAND = re.compile(r"^```\n(softsim .*?)^```", re.MULTILINE | re.DOTALL)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from softsim.builder import conditions, contact, loads, passage, rigid, structural, walls
+from softsim.builder import conditions, contact, loads, network, passage, rigid, structural, walls
 from softsim.builder import contact as self_contact
 from softsim.builder import walls as wall_corners
 from softsim.builder.bodies import built_bodies, material_keys, meshed_bodies
@@ -94,9 +94,9 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     walls.refuse_penetration(names, all_walls, points[touching])
     at_walls = stiffness.contact(touching, scene.contact.friction_coefficient)
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
-    acting = loads.built_loads(
-        LoadTargets(names, bodies, points, own_mass, moves, tied, total_mass)
-    )
+    loaded_parts = LoadTargets(names, bodies, points, own_mass, moves, tied, total_mass)
+    acting = loads.built_loads(loaded_parts)
+    acting |= network.built_network(loaded_parts, acting)
     chamber = chamber_of(names, [a for a in acting.values() if isinstance(a, FollowerPressure)])
     full_gravity, rise = gravity(names), gravity_share(names)
     starting_gravity = full_gravity

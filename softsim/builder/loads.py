@@ -32,6 +32,7 @@ from softsim.loads.tendon import Tendon
 from softsim.loads.tether import EndDrag, Tether
 from softsim.model import Body
 from softsim.scene import loads as scene_loads
+from softsim.scene.pneumatics import NetworkChamberSpec
 from softsim.scene.profiles import EventCyclesProfile, PressureProfile
 from softsim.scene.text import Keys
 from softsim.solver.stable_step import chamber_compliance, element_frequencies
@@ -358,6 +359,26 @@ Chamber = (
 
 def pressure(loaded: LoadTargets, load: Chamber, keys: Keys) -> FollowerPressure:
     """Return the follower pressure on the facets of a chamber."""
+
+    def source(volume: float, nothing: float, compliance: float) -> PressureSource:
+        return pressure_source(
+            loaded.names, load, volume, nothing, loaded.stiffest, compliance, keys
+        )
+
+    return chamber_pressure(loaded, load, source, keys)
+
+
+def chamber_pressure(
+    loaded: LoadTargets,
+    load: scene_loads.FollowerPressureSpec | scene_loads.ChamberSpec,
+    source: Callable[[float, float, float], PressureSource],
+    keys: Keys,
+) -> FollowerPressure:
+    """Return the follower pressure on the facets of a chamber.
+
+    source: makes the pressure source of the volume of the chamber at rest [m^3], the volume that
+    counts as none, and the compliance of its surface [m^4/kg].
+    """
     names, points, is_free = loaded.names, loaded.points, loaded.is_free
     facets = joined_facets(names, load.facets, keys)
     geometry = common_geometry(names, facets, keys)
@@ -381,8 +402,8 @@ def pressure(loaded: LoadTargets, load: Chamber, keys: Keys) -> FollowerPressure
     if abs(volume) <= nothing:
         volume = 0.0
     compliance = chamber_compliance(geometry, facets, points, loaded.mass, is_free)
-    source = pressure_source(names, load, volume, nothing, loaded.stiffest, compliance, keys)
-    return FollowerPressure(str(keys[-1]), facets, closing, geometry, source, body, area)
+    fed = source(volume, nothing, compliance)
+    return FollowerPressure(str(keys[-1]), facets, closing, geometry, fed, body, area)
 
 
 def pressure_source(
@@ -404,13 +425,7 @@ def pressure_source(
         return set_point(names, load.profile, scale, keys)
     # A gas may start in a flat chamber, if its line has room; a liquid needs a volume to refer to.
     least = nothing if isinstance(load, scene_loads.AddedVolumeSpec) else -nothing
-    if volume < least:
-        raise names.loaded.error(
-            (*keys, "facets"),
-            f"the facets enclose {volume * 1e6:.4g} ml: they face away from the chamber, or are "
-            "flat",
-            "name the facets of the body that touch the liquid or gas",
-        )
+    refuse_inverted(names, volume, least, keys)
     if isinstance(load, scene_loads.Pneumatic):
         return air_line(names, load, volume, nothing, keys)
     profile = over_the_run(names, load.profile, keys)
@@ -420,15 +435,33 @@ def pressure_source(
         gas = AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
         refuse_emptied(names, gas, f"{gas.initial_mass * 1e6:.4g} mg of gas", keys)
         return gas
+    liquid = AddedVolume(profile, volume, liquid_modulus(names, volume, stiffest, compliance, keys))
+    refuse_emptied(names, liquid, f"{volume * 1e6:.4g} ml", keys)
+    return liquid
+
+
+def refuse_inverted(names: Names, volume: float, least: float, keys: Keys) -> None:
+    """Raise SceneError if facets enclose a volume below `least` [m^3]."""
+    if volume < least:
+        raise names.loaded.error(
+            (*keys, "facets"),
+            f"the facets enclose {volume * 1e6:.4g} ml: they face away from the chamber, or are "
+            "flat",
+            "name the facets of the body that touch the liquid or gas",
+        )
+
+
+def liquid_modulus(
+    names: Names, volume: float, stiffest: float, compliance: float, keys: Keys
+) -> float:
+    """Return the bulk modulus [Pa] of the liquid in a chamber; arguments as `pressure_source`."""
     if compliance == 0.0:
         raise names.loaded.error(
             (*keys, "facets"),
             "no node of the chamber can move, so the volume of the liquid cannot change",
             "name facets of a body that can deform",
         )
-    liquid = AddedVolume(profile, volume, LIQUID_SHARE * stiffest * volume / compliance)
-    refuse_emptied(names, liquid, f"{volume * 1e6:.4g} ml", keys)
-    return liquid
+    return LIQUID_SHARE * stiffest * volume / compliance
 
 
 def refuse_emptied(names: Names, filling: AddedVolume | AddedGas, held: str, keys: Keys) -> None:
@@ -454,7 +487,7 @@ def set_point(names: Names, profile: PressureProfile, scale: GaugeScale, keys: K
 
 def room_beside(
     names: Names,
-    load: scene_loads.AddedGasSpec | scene_loads.Pneumatic,
+    load: scene_loads.AddedGasSpec | scene_loads.Pneumatic | NetworkChamberSpec,
     volume: float,
     dead: float,
     nothing: float,

@@ -210,7 +210,10 @@ def copy_example(example: Path, root: Path, folder: Path) -> list[Path]:
 
 
 def needed_files(example: Path) -> list[Path]:
-    """Return the example and all files that it names, directly or through scene files."""
+    """Return the example and all files that it names, directly or through scene files.
+
+    For a mesh, the script that generates it is included.
+    """
     from softsim.scene.text import is_file, read_file
 
     found = [example]
@@ -219,6 +222,8 @@ def needed_files(example: Path) -> list[Path]:
             named = (path.parent / text for text in _texts(read_file(path)))
             files = dict.fromkeys(file.resolve() for file in named if is_file(file))
             found.extend(file for file in files if file not in found)
+        elif path.suffix == ".msh" and (script := path.with_suffix(".geo")).is_file():
+            found.append(script)
     return found
 
 

@@ -8,7 +8,7 @@ A class whose functions (ti.func) kernels call is a plain class. ti.data_oriente
 have kernels of their own: each look at an attribute of such an object takes a microsecond.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import Field, dataclass, is_dataclass
 from dataclasses import fields as data_fields
 from enum import IntEnum
@@ -32,12 +32,13 @@ class Stage(IntEnum):
     FOLLOW = 1  # places and velocities of nodes that are tied to facets
     MEASURE = 2  # gravity of now, lengths that elements ask for
     MOVE = 3  # deformation; forces that follow from places and velocities alone
-    PRESS = 4  # pressures, from volumes
-    STRESS = 5  # forces, from deformation and pressures
-    LIST = 6  # who touches whom among surfaces
-    GATHER = 7  # forces on facets, from the nodes that touch them
-    PULL = 8  # forces on what STRESS has strained beside the corners
-    HAND_OVER = 9  # what acts on tied nodes, onto the corners of their facets
+    SUPPLY = 4  # flow between chambers, from their volumes
+    PRESS = 5  # pressures, from volumes
+    STRESS = 6  # forces, from deformation and pressures
+    LIST = 7  # who touches whom among surfaces
+    GATHER = 8  # forces on facets, from the nodes that touch them
+    PULL = 9  # forces on what STRESS has strained beside the corners
+    HAND_OVER = 10  # what acts on tied nodes, onto the corners of their facets
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,9 @@ class Pass:
 
 class Term:
     """Base class of force terms."""
+
+    def connect(self, loads: Mapping[str, "Term"]) -> None:
+        """Take references to the terms of other loads, by name, before kernels are compiled."""
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Return the passes of an increment by stage."""

@@ -5,7 +5,8 @@ chamber the resultant force and moment vanish; a body that closes the chamber re
 of the forces on the facets.
 
 A `PressureSource` holds the data of what sets p: a prescribed pressure, an added volume or an added
-gas; the controlled pressure is in loads/pressure_control.py and the air line in loads/air_line.py.
+gas; the controlled pressure is in loads/pressure_control.py, the air line in loads/air_line.py and
+the chamber of a network in loads/network.py.
 Its `kernel` returns its kernel class. Under a prescribed pressure an inflated skin is unstable
 where its pressure-volume curve falls. A chamber with a prescribed volume or mass stays
 stable there: its pressure falls as the skin yields.
@@ -53,6 +54,8 @@ class PressureSource(ABC):
 
     needs_volume: ClassVar[bool] = False
     """True if the pressure depends on the volume of the chamber."""
+    can_be_set: ClassVar[bool] = True
+    """True if another profile can replace that of the source during a run."""
     thinning_advice: ClassVar[str] = BALLOONING
     """Advice to users on elements that become too thin."""
     initial_volume: float
@@ -566,13 +569,18 @@ class FollowerPressureTerm(WorkingTerm):
         self.volume_part[s, part] = volume
 
     @ti.func
+    def enclosed_volume(self, s):
+        """Return the enclosed volume [m^3], the sum of its parts."""
+        volume = ti.cast(0.0, backend.real)
+        for part in range(PARTS):
+            volume += self.volume_part[s, part]
+        return volume
+
+    @ti.func
     def follow_source(self, s, i, t, dt):
         """Update the pressure, which may depend on the enclosed volume."""
         if ti.static(self.needs_volume):
-            volume = ti.cast(0.0, backend.real)
-            for part in range(PARTS):
-                volume += self.volume_part[s, part]
-            self.volume[s] = volume
+            self.volume[s] = self.enclosed_volume(s)
         self.source_pressure[s] = self.kernel.pressure(s, t, self.volume[s])
         if self.is_held[s] == 0:
             self.pressure[s] = self.source_pressure[s]

@@ -33,6 +33,11 @@ def acting(loaded: LoadedScene, model: Model) -> list[Row]:
     """
     return [
         *_loads(loaded, model),
+        *(
+            (f"{part[:-1]} '{name}'", phrase(tree))
+            for part in ("nodes", "edges")
+            for name, tree in entries(loaded.tree, "pneumatics", part).items()
+        ),
         ("gravity", _gravity(loaded, model)),
         *_held(loaded),
         *(

@@ -101,6 +101,8 @@ QUANTITIES = {
     "rad": ("angle", np.degrees(1.0), "deg"),
     "N": ("force", 1.0, "N"),
     "m^3": ("volume", 1e6, "ml"),
+    "m^3/s": ("flow", 1e6, "ml/s"),
+    "Pa": ("pressure", 1e-3, "kPa"),
 }
 """Quantity, factor and drawn unit by unit in the history."""
 

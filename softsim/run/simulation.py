@@ -377,8 +377,12 @@ class Simulation:
 
     @property
     def chambers(self) -> tuple[str, ...]:
-        """Names of the chambers, which `set_load` accepts."""
-        return self._names(FollowerPressure)
+        """Names of the chambers that `set_load` accepts: all but those of a network."""
+        return tuple(
+            name
+            for name, load in self._loads.items()
+            if isinstance(load, FollowerPressure) and load.source.can_be_set
+        )
 
     def set_load(self, name: str, value: float, within: float = 0.0) -> None:
         """Change the pressure or filling of a chamber linearly, and hold it.
@@ -399,8 +403,8 @@ class Simulation:
         Raises
         ------
         SimulationError
-            There is no such chamber, a number is not valid, or the mass of gas exceeds the largest
-            one in the scene's profile.
+            There is no such chamber, a number is not valid, the mass of gas exceeds the largest
+            one in the scene's profile, or a network sets the pressure.
         """
         self._refuse_stale()
         load = self._named(name, FollowerPressure, "chamber")

@@ -121,7 +121,9 @@ class FollowerPressureSpec(Spec):
         return value
 
 
-class _Chamber(Spec):
+class ChamberSpec(Spec):
+    """Closed surface of facets with a fluid inside."""
+
     facets: tuple[SetReference, ...] = Field(
         min_length=1,
         description='Facet sets around the chamber: "skin.chamber". They form a closed surface, '
@@ -133,14 +135,14 @@ class _Chamber(Spec):
     )
 
 
-class AddedVolumeSpec(_Chamber):
+class AddedVolumeSpec(ChamberSpec):
     """Chamber filled with a liquid: the volume is prescribed and the pressure follows."""
 
     kind: Literal["added_volume"] = Field(description="Kind of load.")
     profile: VolumeProfile = Field(description="Volume added since the start, over time.")
 
 
-class _Gas(_Chamber):
+class _Gas(ChamberSpec):
     dead_volume: NotNegativeVolume = Field(
         default=written("0 ml"),
         description="Volume of the line and the pump, filled like the chamber.",

@@ -14,6 +14,7 @@ from softsim.scene.loads import Load
 from softsim.scene.materials import Material
 from softsim.scene.outputs import Expect, Output
 from softsim.scene.pipes import Trailed
+from softsim.scene.pneumatics import Pneumatics
 from softsim.scene.quantities import (
     AutoOrPositiveTime,
     Name,
@@ -268,6 +269,11 @@ class Scene(Spec):
         default={}, description="Boundary and initial conditions by name."
     )
     loads: dict[Name, Load] = Field(default={}, description="Loads by name.")
+    pneumatics: Pneumatics | None = Field(
+        default=None,
+        description="Network of sources, valves, tubes and vessels that feeds chambers. Default: "
+        "none.",
+    )
     time: TimeSpec = Field(description="Duration, procedure and time step of the run.")
     solver: Solver = Field(default_factory=Solver, description="Settings of the time integration.")
     robot: Roles = Field(

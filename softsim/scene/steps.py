@@ -257,6 +257,8 @@ def following(before: Scene, beginning: Beginning, now: Scene, time: float) -> B
 def time_courses(scene: Scene) -> Iterator[Keys]:
     """Yield the keys of all parts of a scene that depend on time."""
     yield "environment", "gravity_profile"
+    if scene.pneumatics is not None:
+        yield from (("pneumatics", part) for part in ("nodes", "edges"))
     for section in ENDED:
         for name in getattr(scene, section):
             yield section, name

@@ -66,6 +66,11 @@ def test_files_of_any_kind_come_along(tmp_path):
     assert [file.name for file in found] == ["scene.yaml", "part.yaml", "wall.csv"]
 
 
+def test_a_mesh_brings_its_script():
+    found = needed_files(find_example(ROOT, "worm"))
+    assert [file.name for file in found] == ["worm.yaml", "worm.msh", "worm.geo"]
+
+
 def test_a_second_copy_changes_nothing_and_overwrites_nothing(tmp_path):
     example = find_example(ROOT, "first_look")
     (copy,) = copy_example(example, ROOT, tmp_path)
