@@ -126,8 +126,8 @@ def test_a_vector_env_is_gymnasium_s_of_its_simulations_and_each_is_as_alone(vec
         with pytest.raises(SimulationError, match=refused):
             ask()
 
-    for number, seed in enumerate(seeds):  # the solver of the batch is gone from here on
-        lone = PressureEnv(alone(), **TASK) if number == 0 else lone
+    lone = PressureEnv(alone(), **TASK)  # which ends the batch
+    for number, seed in enumerate(seeds):
         observation, _ = lone.reset(seed=seed)
         over = False
         for k, action in enumerate(actions[:, number]):
