@@ -276,6 +276,21 @@ class PressureVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     action of the environment and returns the first observation, the reward 0 and no flags, while
     the other environments continue. Each environment has time and end of its own, and gives the
     same numbers, bit for bit, as a `PressureEnv`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from softsim import SimulationBatch
+    >>> from softsim.gym import PressureVectorEnv
+    >>> envs = PressureVectorEnv(
+    ...     SimulationBatch("block.yaml", 2), "air", lowest=0.0, highest=5e3, interval=5e-3,
+    ...     observed=["pressure"], progress="body_y",
+    ... )
+    >>> observations, infos = envs.reset()
+    >>> observations, rewards, terminated, truncated, infos = envs.step(np.ones((2, 1)))
+    >>> observations, infos = envs.reset(options={"reset_mask": np.array([True, False])})
+    >>> np.round(observations).tolist()  # [Pa]
+    [[0.0], [5000.0]]
     """
 
     def __init__(

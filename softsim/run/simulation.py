@@ -179,6 +179,11 @@ class Simulation:
         return self._scenario.time
 
     @property
+    def increment_count(self) -> int:
+        """Number of increments done."""
+        return self._scenario.increment_count
+
+    @property
     def finished(self) -> bool:
         """True if the run has ended: at its end time, or by a condition of the scene."""
         return self._run.outcome is not None
