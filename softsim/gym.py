@@ -289,7 +289,7 @@ class PressureVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     >>> observations, infos = envs.reset()
     >>> observations, rewards, terminated, truncated, infos = envs.step(np.ones((2, 1)))
     >>> observations, infos = envs.reset(options={"reset_mask": np.array([True, False])})
-    >>> np.round(observations).tolist()  # [Pa]
+    >>> np.round(observations, -2).tolist()  # [Pa]
     [[0.0], [5000.0]]
     """
 

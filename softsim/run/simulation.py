@@ -594,7 +594,7 @@ class SimulationBatch:
     >>> batch = SimulationBatch("block.yaml", 2)
     >>> first, second = batch.simulations
     >>> first.set_load("air", 1e3, within=1e-3)  # [Pa], [s]
-    >>> batch.step(5e-3)
+    >>> batch.step(6e-3)
     >>> round(first.row["pressure"]), round(second.row["pressure"])  # [Pa]
     (1000, 5000)
     >>> first.reset()
