@@ -17,6 +17,7 @@ tests/benchmarks holds its positions and energies against softsim's.
     run            `softsim run scenes/pfr_36mm.yaml`, with files and figures
     study          a sweep's cases by one command, over as many single runs
     overhead       a sweep's own time a case, the runs left out
+    environments   steps of 1, 8 and 64 gymnasium environments of scenes/first_look.yaml at once
     gpu            many scenarios and large meshes; the ceiling is what memory bandwidth allows
 
 Ratios hold where nothing else runs; threads need a free core each.

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from benchmarks import rates, studies, sweep_overhead, whole_runs
+from benchmarks import environments, rates, studies, sweep_overhead, whole_runs
 from benchmarks.ceiling import CeilingError, compiled
 from benchmarks.effort import FULL, QUICK, Effort
 from benchmarks.gpu import gpu_rows
@@ -28,6 +28,7 @@ ON_THE_CPU: dict[str, Measurement] = {
     "run": whole_runs.whole_run_rows,
     "study": studies.study_rows,
     "overhead": sweep_overhead.overhead_rows,
+    "environments": environments.environment_rows,
 }
 
 

@@ -1,7 +1,8 @@
 """Explicit finite elements for soft robots.
 
 `load_scene` reads and checks a scene file, `softsim.run.run` runs it and returns `Results`, a
-`Simulation` is a run under the control of a program, and a `Study` runs many scenes.
+`Simulation` is a run under the control of a program, a `SimulationBatch` several of them side by
+side, and a `Study` runs many scenes.
 
 Notes
 -----
@@ -21,12 +22,13 @@ _HOMES = {
     "load_scene": "softsim.scene.loading",
     "Results": "softsim.run",
     "Simulation": "softsim.run.simulation",
+    "SimulationBatch": "softsim.run.simulation",
     "Study": "softsim.sweep.study",
 }
 
 __version__ = version("softsim")
 
-__all__ = ["Results", "Simulation", "Study", "__version__", "load_scene"]
+__all__ = ["Results", "Simulation", "SimulationBatch", "Study", "__version__", "load_scene"]
 
 
 def __getattr__(name: str) -> Any:

@@ -12,6 +12,7 @@ import yaml
 from pages import BLOCK, PAGES, ROOT, blocks, first_scene, inline_fragments, name
 from typer.main import get_command
 
+from softsim import __version__
 from softsim.builder import build_model
 from softsim.chain.loading import load_chain
 from softsim.cli import app
@@ -222,3 +223,10 @@ def test_ci_runs_the_test_command_of_the_readme():
         line for text in blocks(PAGES[0], "") for line in [text.strip()] if "pytest" in line
     )
     assert command in (ROOT / ".ci" / "run").read_text()
+
+
+def test_the_citation_and_the_changelog_name_the_version():
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert {"cff-version", "message", "title", "authors", "license", "abstract"} <= cited.keys()
+    notes = (ROOT / "docs" / "developers" / "changelog.md").read_text()
+    assert cited["version"] == __version__ and f"\n## {__version__}" in notes

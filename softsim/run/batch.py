@@ -208,17 +208,20 @@ class Batch:
 
     def do_blocks(self) -> None:
         """Advance each run by a block of increments, with the guards, rows and frames due then."""
-        counts = self.next_blocks()
-        self.continue_block(counts)
-        self.end_blocks()
+        running = self.running
+        self.continue_block(self.next_blocks(running))
+        self.end_blocks(running)
 
-    def next_blocks(self) -> np.ndarray:
-        """Begin the next block, and return its number of increments for each run (scenarios,)."""
+    def next_blocks(self, runs: Sequence[Run]) -> np.ndarray:
+        """Begin the next block of these runs, and return their numbers of increments (scenarios,).
+
+        Other runs, and those that an inspection stops, have none.
+        """
         counts = np.zeros(len(self.runs), dtype=int)
-        for run in self.running:
+        for run in runs:
             with self._attended(run):
                 counts[run.scenario.number] = run.next_block()
-        self.solver.begin_block()
+        self.solver.begin_block([run.scenario.number for run in runs])
         return counts
 
     def continue_block(self, counts: np.ndarray) -> None:
@@ -226,20 +229,28 @@ class Batch:
         with self.clock.spending_on(KERNEL):
             self.solver.continue_block(counts)
 
-    def end_blocks(self) -> None:
-        """Apply the guards, and write the rows and frames, that are due at the end of a block."""
-        self.clock.note_block(self.solver.increment_counts)
-        for run in self.running:
-            with self._attended(run):
-                run.end_block()
-        self.write_due()
+    def end_blocks(self, runs: Sequence[Run]) -> None:
+        """Apply the guards, and write the rows and frames, due at the end of a block of these runs.
 
-    def write_due(self) -> None:
-        """Write the rows and frames that are due, and finish the runs that are at their end."""
-        if any(run.row_is_due for run in self.running):
+        Runs that have an outcome stay as they are.
+        """
+        self.clock.note_block(self.solver.increment_counts)
+        for run in runs:
+            if run.outcome is None:
+                with self._attended(run):
+                    run.end_block()
+        self.write_due(runs)
+
+    def write_due(self, runs: Sequence[Run] | None = None) -> None:
+        """Write the rows and frames that are due, and finish the runs that are at their end.
+
+        runs: those that are looked at, all by default.
+        """
+        running = self.running if runs is None else [run for run in runs if run.outcome is None]
+        if any(run.row_is_due for run in running):
             with self.clock.spending_on(ROWS):
                 self.reader.update()
-        for run in self.running:
+        for run in running:
             with self._attended(run):
                 run.write_due()
                 if run.finished:

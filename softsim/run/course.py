@@ -340,9 +340,10 @@ class Run:
     def resume(self, checkpoint: Checkpoint) -> None:
         """Continue from a checkpoint."""
         progress = Progress.written(checkpoint.progress)
-        self.scenario.solver.restore(
-            checkpoint.state, progress.time, progress.increment_count, progress.time_increment
-        )
+        self.scenario.solver.restore_scenario(
+            self.scenario.number, checkpoint.state, progress.time, progress.increment_count,
+            progress.time_increment,
+        )  # fmt: skip
         self.balance = EnergyBalance(progress.initial_balance, progress.largest_energy)
         self.shape = ReferenceShape(self.model, checkpoint.inspected)
         self.files.warnings.update(progress.warnings)

@@ -148,15 +148,18 @@ class KeptRows:
 class MemoryRecord:
     """Record of a run in memory: the rows of its history and its last checkpoint, no frames.
 
-    Messages of the run go to the package's log.
+    Messages of the run go to the package's log. warnings: those that were logged already, a dict
+    that runs of one batch share.
     """
 
-    def __init__(self, loaded: LoadedScene, model: Model) -> None:
+    def __init__(
+        self, loaded: LoadedScene, model: Model, warnings: dict[str, str] | None = None
+    ) -> None:
         self.loaded, self.model, self.path = loaded, model, loaded.path
         self.console = Console(quiet=True)
         self.history = KeptRows(tuple(columns(model)))
         self.summary: dict[str, Any] = {}
-        self.warnings: dict[str, str] = {}
+        self.warnings = {} if warnings is None else warnings
 
     @contextmanager
     def logged(self) -> Iterator[None]:

@@ -1,8 +1,9 @@
 """`Simulation`: the run of a scene under the control of a program.
 
-It is a batch of one (batch.py) that is recorded in memory (record.py): checks, blocks of
+It is a run of a batch (batch.py) that is recorded in memory (record.py): checks, blocks of
 increments and rows are those of `run`. A step that ends within a block does a part of it, and the
-next step continues there, so that steps of any length have the increments of the run.
+next step continues there, so that steps of any length have the increments of the run. Each run of a
+batch has blocks, time and commands of its own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -148,22 +149,26 @@ class Simulation:
         device: str = AUTO,
         threads: int | str = AUTO,
     ) -> None:
-        self.loaded = _loaded(scene, overrides)
-        choice = choose(device, threads)
-        self.model = ready_model(self.loaded, choice)
-        self.record = MemoryRecord(self.loaded, self.model)
-        self._batch = Batch([self.record], choice, [()])
-        self._device = backend.device()
-        [self._run], self._solver = self._batch.runs, self._batch.solver
+        batch, [record] = _recorded_batch(scene, 1, overrides, device, threads)
+        self._attach(batch, record, 0)
+
+    @classmethod
+    def _of_batch(cls, batch: Batch, record: MemoryRecord, number: int) -> "Simulation":
+        """Return the simulation that controls a run of a batch, which has reached t = 0."""
+        simulation = cls.__new__(cls)
+        simulation._attach(batch, record, number)
+        return simulation
+
+    def _attach(self, batch: Batch, record: MemoryRecord, number: int) -> None:
+        self.loaded, self.model, self.record = record.loaded, record.model, record
+        self._batch, self._device = batch, backend.device()
+        self._run, self._solver = batch.runs[number], batch.solver
         self._scenario = self._run.scenario
         self._loads: dict[str, Load] = dict(
             zip(self.model.load_names, self.model.loads, strict=True)
         )
         self._asked, self._left = 0.0, 0
         self._is_commanded = False
-        for error in self._batch.unsettled.values():
-            raise error
-        self._batch.write_due()
         self._start = self.save()
 
     # --- time ------------------------------------------------------------------------------------
@@ -172,6 +177,11 @@ class Simulation:
     def time(self) -> float:
         """Simulated time [s]."""
         return self._scenario.time
+
+    @property
+    def increment_count(self) -> int:
+        """Number of increments done."""
+        return self._scenario.increment_count
 
     @property
     def finished(self) -> bool:
@@ -199,37 +209,25 @@ class Simulation:
         Interrupted
             The process received SIGINT or SIGTERM. The simulation is intact and can continue.
         """
-        duration = _number(duration, "the duration of a step")
-        asked = self._asked + duration
-        self._refuse_step(duration, asked)
-        self._asked = asked
-        with stop_signals() as signals:
-            while self._is_before(asked) and not self.finished:
-                if signals:
-                    self._asked = self.time
-                    raise Interrupted(
-                        f"stopped by {Signals(signals[0]).name} at t = {self.time:.6g} s",
-                        hint="call step() to continue",
-                    )
-                self._go_on(asked)
-        if isinstance(self._run.outcome, SoftsimError):
-            raise self._run.outcome
+        _step_together([self], [duration])
+        if self.failure is not None:
+            raise self.failure
 
-    def _is_before(self, asked: float) -> bool:
-        return self.time < asked - 1e-9 * self._scenario.time_increment
+    @property
+    def failure(self) -> SoftsimError | None:
+        """Error that stopped the run, or the failed expectation at its end; None without one."""
+        return self._run.outcome if isinstance(self._run.outcome, SoftsimError) else None
 
-    def _go_on(self, asked: float) -> None:
-        """Compute the block of increments, or the part of it up to the requested time [s]."""
-        if self._left == 0:
-            [self._left] = self._batch.next_blocks().tolist()
-            if self.finished:
-                return
-        to_asked = np.ceil((asked - self.time) / self._scenario.time_increment - 1e-9)
-        count = min(self._left, max(1, int(to_asked)))
-        self._batch.continue_block(np.array([count]))
-        self._left -= count
-        if self._left == 0:
-            self._batch.end_blocks()
+    @property
+    def _is_behind(self) -> bool:
+        """True as long as the run has neither ended nor reached the requested time."""
+        missing = self._asked - self.time
+        return not self.finished and missing > 1e-9 * self._scenario.time_increment
+
+    def _increments_to_asked(self) -> int:
+        """Return the increments up to the requested time [s] or the end of the block."""
+        to_asked = np.ceil((self._asked - self.time) / self._scenario.time_increment - 1e-9)
+        return min(self._left, max(1, int(to_asked)))
 
     def _refuse_step(self, duration: float, asked: float) -> None:
         self._refuse_stale()
@@ -566,6 +564,158 @@ class Simulation:
         for motor, phase in zip(self._motors(), phases.tolist(), strict=True):
             rotor = motor.rotor.at_phase(phase)
             self._scenario.term_of(motor).follow(self._scenario.number, rotor)
+
+
+class SimulationBatch:
+    """Simulations of one scene that are computed side by side.
+
+    Each is a `Simulation` with commands, history, states and resets of its own, and gives the same
+    results, bit for bit, as alone. On a GPU they are computed in parallel. On a CPU they are
+    computed one after the other: that saves starts, not increments.
+
+    Parameters
+    ----------
+    scene, overrides, device, threads
+        As of `Simulation`.
+    count : int
+        Number of simulations.
+
+    Attributes
+    ----------
+    simulations : tuple of Simulation
+        The simulations. `step` of one of them advances only this one.
+
+    Raises
+    ------
+    SimulationError
+        The count is not a positive integer, or the scene is static, which cannot be in a batch.
+    SceneError, MeshError, DeviceError, StabilityError
+        As from `Simulation`.
+
+    Examples
+    --------
+    >>> from softsim import SimulationBatch
+    >>> batch = SimulationBatch("block.yaml", 2)
+    >>> first, second = batch.simulations
+    >>> first.set_load("air", 1e3, within=1e-3)  # [Pa], [s]
+    >>> batch.step(6e-3)
+    >>> round(first.row["pressure"]), round(second.row["pressure"])  # [Pa]
+    (1000, 5000)
+    >>> first.reset()
+    >>> batch.step([1e-3, 0.0])  # only the first
+    >>> first.time < second.time
+    True
+    """
+
+    def __init__(
+        self,
+        scene: Path | str | Mapping[str, Any] | Scene | LoadedScene,
+        count: int,
+        overrides: Sequence[str] = (),
+        device: str = AUTO,
+        threads: int | str = AUTO,
+    ) -> None:
+        if not (isinstance(count, Integral) and count >= 1):
+            raise SimulationError(f"a batch has a whole number of simulations, not {count!r}")
+        batch, records = _recorded_batch(scene, int(count), overrides, device, threads)
+        self.simulations: tuple[Simulation, ...] = tuple(
+            Simulation._of_batch(batch, record, s) for s, record in enumerate(records)
+        )
+
+    def step(self, durations: float | Sequence[float]) -> None:
+        """Advance the simulations, each as by `Simulation.step`.
+
+        An error of a simulation is its `failure`, and the others continue.
+
+        Parameters
+        ----------
+        durations : float or sequence of float
+            Simulated time [s] of each simulation, (count,), or one for all. A simulation stays as
+            it is where the duration is zero, and if it has ended.
+
+        Raises
+        ------
+        SimulationError
+            A duration is not valid, or exceeds the end time of the scene. Nothing is changed.
+        Interrupted
+            The process received SIGINT or SIGTERM. The simulations are intact and can continue.
+        """
+        given = np.asarray(durations)
+        if given.shape not in ((), (1,), (len(self.simulations),)):
+            raise SimulationError(
+                f"durations of shape {given.shape}: give one, or one for each of the "
+                f"{len(self.simulations)} simulations"
+            )
+        each = np.broadcast_to(given, len(self.simulations)).tolist()
+        going = [
+            (simulation, duration)
+            for simulation, duration in zip(self.simulations, each, strict=True)
+            if duration != 0.0 and not simulation.finished
+        ]
+        if going:
+            simulations, steps = zip(*going, strict=True)
+            _step_together(simulations, steps)
+
+
+def _recorded_batch(
+    scene: Path | str | Mapping[str, Any] | Scene | LoadedScene,
+    count: int,
+    overrides: Sequence[str],
+    device: str,
+    threads: int | str,
+) -> tuple[Batch, list[MemoryRecord]]:
+    """Return a batch of runs of a scene at t = 0, and their records."""
+    loaded = _loaded(scene, overrides)
+    choice = choose(device, threads)
+    model = ready_model(loaded, choice)
+    if count > 1 and model.takes_load_steps:
+        raise SimulationError(
+            "a static scene cannot be simulated in a batch", hint="use one Simulation"
+        )
+    warnings: dict[str, str] = {}  # once, not of each
+    records = [MemoryRecord(loaded, model, warnings) for _ in range(count)]
+    batch = Batch(records, choice, [()] * count)
+    for error in batch.unsettled.values():
+        raise error
+    batch.write_due()
+    return batch, records
+
+
+def _step_together(simulations: Sequence[Simulation], durations: Sequence[float]) -> None:
+    """Advance simulations of one batch that have not ended, each by its duration [s]."""
+    steps = [_number(duration, "the duration of a step") for duration in durations]
+    asked = [s._asked + step for s, step in zip(simulations, steps, strict=True)]
+    for simulation, step, time in zip(simulations, steps, asked, strict=True):
+        simulation._refuse_step(step, time)
+    for simulation, time in zip(simulations, asked, strict=True):
+        simulation._asked = time
+    with stop_signals() as signals:
+        while behind := [simulation for simulation in simulations if simulation._is_behind]:
+            if signals:
+                for simulation in behind:
+                    simulation._asked = simulation.time
+                raise Interrupted(
+                    f"stopped by {Signals(signals[0]).name} at t = {behind[0].time:.6g} s",
+                    hint="call step() to continue",
+                )
+            _advance(behind)
+
+
+def _advance(simulations: Sequence[Simulation]) -> None:
+    """Compute the block of increments of each, or the part of it up to the requested time."""
+    batch = simulations[0]._batch
+    if beginning := [simulation for simulation in simulations if simulation._left == 0]:
+        lengths = batch.next_blocks([simulation._run for simulation in beginning])
+        for simulation in beginning:
+            simulation._left = int(lengths[simulation._scenario.number])
+    going = [simulation for simulation in simulations if not simulation.finished]
+    counts = np.zeros(len(batch.runs), dtype=int)
+    for simulation in going:
+        count = counts[simulation._scenario.number] = simulation._increments_to_asked()
+        simulation._left -= count
+    batch.continue_block(counts)
+    if ending := [simulation._run for simulation in going if simulation._left == 0]:
+        batch.end_blocks(ending)
 
 
 def _loaded(

@@ -7,7 +7,7 @@ is the half-step velocity minus half a kick.
 solver/increments.py distributes the work of an increment over threads.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -140,7 +140,7 @@ class ExplicitSolver:
         self.times, self.time_increments = np.zeros(self.scenarios), np.zeros(self.scenarios)
         self.load_times = self.times  # but along a path of equilibria
         self.increment_counts = np.zeros(self.scenarios, dtype=int)
-        self.begin_block()
+        self.block_starts, self.done_in_block = self.times.copy(), self.increment_counts.copy()
 
     def take_models(self, models: list[Model]) -> bool:
         """Replace the models, reusing memory and compiled kernels, and reset the state.
@@ -307,10 +307,13 @@ class ExplicitSolver:
         self.begin_block()
         self.continue_block(counts)
 
-    def begin_block(self) -> None:
-        """Begin a block of increments, which `continue_block` performs in one or more parts."""
-        self.block_starts = self.times.copy()
-        self.done_in_block = np.zeros(self.scenarios, dtype=int)
+    def begin_block(self, scenarios: Sequence[int] | slice = slice(None)) -> None:
+        """Begin a block of increments, which `continue_block` performs in one or more parts.
+
+        scenarios: those whose block begins, all by default; the others continue theirs.
+        """
+        self.block_starts[scenarios] = self.times[scenarios]
+        self.done_in_block[scenarios] = 0
 
     def continue_block(self, counts: int | np.ndarray) -> None:
         """Do `counts` more increments of the block; counts as for `advance`.
@@ -328,7 +331,8 @@ class ExplicitSolver:
         )
         self.increment_counts += each
         self.done_in_block += each
-        self.times[:] = self.block_starts + self.done_in_block * self.time_increments
+        reached = self.block_starts + self.done_in_block * self.time_increments
+        self.times[:] = np.where(each > 0, reached, self.times)
 
     def _stand(self, steps: np.ndarray, kicks: np.ndarray) -> None:
         """Do one increment of each scenario that ends now and leaves positions as they are."""
@@ -359,18 +363,30 @@ class ExplicitSolver:
         Raises OutputError if it is the state of another model.
         """
         kept = self.terms.state_fields()
-        shapes = {name: fields.shape_of(field) for name, field in kept.items()}
-        if shapes != {name: array.shape for name, array in state.items()}:
-            raise OutputError(
-                "the checkpoint holds the state of a different mesh or model",
-                hint="the mesh has changed since the checkpoint: run without --resume",
-            )
+        _refuse_other_state(state, {name: fields.shape_of(field) for name, field in kept.items()})
         for name, field in kept.items():
             fields.write(field, state[name])
         self._forget_lists()
         self.times[:], self.increment_counts[:] = time, increment_count
         for s in range(self.scenarios):
             self._set_time_increment(s, dt)
+
+    def restore_scenario(
+        self, s: int, state: dict[str, np.ndarray], time: float, increment_count: int, dt: float
+    ) -> None:
+        """Restore scenario s from `Scenario.state`, its time [s] and step dt [s]; no other changes.
+
+        Raises OutputError if it is the state of another model.
+        """
+        kept = self.terms.state_fields()
+        shapes = {name: (1, *fields.shape_of(field)[1:]) for name, field in kept.items()}
+        _refuse_other_state(state, shapes)
+        for name, field in kept.items():
+            fields.write_row(field, s, state[name][0])
+        for contact in self.terms.listing:
+            fields.write_row(contact.lists.stale, s, 1)
+        self.times[s], self.increment_counts[s] = time, increment_count
+        self._set_time_increment(s, dt)
 
     def _forget_lists(self) -> None:
         """Mark the neighbour lists as stale after positions were overwritten."""
@@ -515,6 +531,15 @@ class Scenario:
     def state(self) -> dict[str, np.ndarray]:
         """Return the fields of a checkpoint, as a solver of this scenario alone has them."""
         return {name: self.read(field)[None] for name, field in self.terms.state_fields().items()}
+
+
+def _refuse_other_state(state: dict[str, np.ndarray], shapes: dict[str, tuple[int, ...]]) -> None:
+    """Raise OutputError unless a state has the arrays, by name, of these shapes."""
+    if shapes != {name: array.shape for name, array in state.items()}:
+        raise OutputError(
+            "the checkpoint holds the state of a different mesh or model",
+            hint="the mesh has changed since the checkpoint: run without --resume",
+        )
 
 
 def longest_block(element_count: int) -> int:
