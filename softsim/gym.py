@@ -275,7 +275,7 @@ class PressureVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     that is over starts again in the next step (`AutoresetMode.NEXT_STEP`): this step ignores the
     action of the environment and returns the first observation, the reward 0 and no flags, while
     the other environments continue. Each environment has time and end of its own, and gives the
-    same numbers, bit for bit, as a `PressureEnv`.
+    same numbers as a `PressureEnv`, see `SimulationBatch`.
 
     Examples
     --------
