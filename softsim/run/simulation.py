@@ -570,9 +570,9 @@ class SimulationBatch:
     """Simulations of one scene that are computed side by side.
 
     Each is a `Simulation` with commands, history, states and resets of its own, and gives the same
-    results, bit for bit, as alone; where a pressure follows from the volume of its chamber, they may
-    differ from those alone by round-off. On a GPU they are computed in parallel. On a CPU they are
-    computed one after the other: that saves starts, not increments.
+    results as alone: bit for bit, but up to round-off where a pressure follows from the volume of
+    its chamber. On a GPU they are computed in parallel. On a CPU they are computed one after the
+    other: that saves starts, not increments.
 
     Parameters
     ----------
