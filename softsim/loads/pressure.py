@@ -53,6 +53,8 @@ class PressureSource(ABC):
 
     needs_volume: ClassVar[bool] = False
     """True if the pressure depends on the volume of the chamber."""
+    unit: ClassVar[str] = "Pa"
+    """SI unit of the values of its profile or control."""
     thinning_advice: ClassVar[str] = BALLOONING
     """Advice to users on elements that become too thin."""
     initial_volume: float
@@ -99,6 +101,11 @@ class PressureSource(ABC):
     @abstractmethod
     def peak(self) -> str:
         """Largest value of the source, as text."""
+
+    @property
+    @abstractmethod
+    def value_range(self) -> tuple[float, float]:
+        """Smallest and largest value of its profile or control."""
 
     @property
     @abstractmethod
@@ -166,6 +173,10 @@ class ProfileSource(PressureSource):
     def cycles(self) -> list[Cycle]:
         """Cycles of the profile; empty for a profile that never falls."""
         return cycles_of(self.profile)
+
+    @property
+    def value_range(self) -> tuple[float, float]:
+        return float(self.profile.values.min()), float(self.profile.values.max())
 
     @property
     def last_change(self) -> float:
@@ -345,6 +356,7 @@ class AddedVolume(AddedContent):
     bulk_modulus: PerScenario[float]
 
     ambient_pressure = ATMOSPHERE
+    unit = "m^3"
     thinning_advice = "the wall of a chamber becomes thinner as the chamber grows: add less volume"
 
     @property
@@ -395,6 +407,7 @@ class AddedGas(AddedContent):
     specific_energy: PerScenario[float]
     ambient_pressure: PerScenario[float]
 
+    unit = "kg"
     thinning_advice = "the wall of a chamber becomes thinner as the chamber grows: add less gas"
 
     @property
