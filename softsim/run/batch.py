@@ -203,9 +203,7 @@ class Batch:
                 run.stop(status)
         return [run.outcome for run in self.runs if run.outcome is not None]
 
-    def _loop(
-        self, report: ProgressReport, asked: list[int], monitors: Sequence[Monitor]
-    ) -> None:
+    def _loop(self, report: ProgressReport, asked: list[int], monitors: Sequence[Monitor]) -> None:
         last_checkpoint = time.monotonic()
         for s, error in self.unsettled.items():
             with self._attended(self.runs[s]):
