@@ -598,7 +598,10 @@ def legend(field: str, low: float, high: float) -> str:
 MODEL = "/model"
 """Node of the browser's scene that holds everything."""
 
-BEHIND, ABOVE = -0.02, 0.01
+AMBIENT = 0.6
+"""Fraction of the light in space that comes from all sides."""
+
+BEHIND, ABOVE = -0.02, 0.002
 """Depth of walls, and height of lines, relative to plane bodies as a fraction of their size."""
 
 
@@ -703,14 +706,17 @@ class Stage:
         self._line("centre lines", picture.centre_lines, QUIET, 1.0)
 
     def _light(self) -> None:
-        """Light a body in space from above, a plane one such that it has the colours of the scale.
+        """Light a plane body evenly, one in space from above; no face is lighter than the scale.
 
         three.js divides the light that a surface reflects by pi.
         """
-        self.scene.configure_default_lights(self.d == 3, cast_shadow=False)
-        if self.d == 2:
-            self.scene.configure_environment_map(None)
-            self.scene.add_light_ambient(f"{MODEL}/light", intensity=np.pi)
+        self.scene.configure_default_lights(False)
+        self.scene.configure_environment_map(None)
+        ambient = 1.0 if self.d == 2 else AMBIENT
+        self.scene.add_light_ambient(f"{MODEL}/ambient", intensity=np.pi * ambient)
+        self.scene.add_light_directional(
+            f"{MODEL}/sun", intensity=np.pi * (1.0 - ambient), position=tuple(CAMERA.source)
+        )
 
     def _aim(self, frames: Frames) -> None:
         """Point the cameras of present and later browsers at the body and what is around it."""
