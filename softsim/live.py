@@ -384,6 +384,9 @@ class RunView:
             for load in LoadCommands(run).adjustable
         }
         self.curve = Curve(server.gui, run.model, controls)
+        earlier = run.files.rows()  # of a run that is resumed, too
+        for values in zip(*earlier.values(), strict=True):
+            self.curve.note(dict(zip(earlier, values, strict=True)))
         self.curve.note(run.row)
         self._described = description(run.model, title)
         self.stage = Stage(server, present_frames(run.scenario, self._described))

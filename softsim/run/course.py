@@ -270,7 +270,8 @@ class Run:
 
     files: its record, with scene and model. finished: True if nothing is left to compute.
     outcome: its Results, or the error that stopped it; None while it runs. show: shows a detail of
-    what is computed, on the console. row: the latest one of the history; empty before the first.
+    what is computed, on the console. row: the latest one of the history that was written since the
+    start or a return to an earlier state; empty before the first.
     is_commanded: True once a command has replaced the control of the robot's chamber.
     """
 
@@ -356,7 +357,7 @@ class Run:
         self.observer = Observer(self.scenario, self.reader, self.balance)
         self.wall_before = progress.wall_time
         self.loop = feedback(self.scenario, progress.control)
-        self.is_commanded = False
+        self.is_commanded, self.row = False, {}
         self.stop_conditions = [
             *conditions_of_scene(self.files.loaded, self.model),
             *(make(self.model) for make in self.given_conditions),
