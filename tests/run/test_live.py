@@ -95,7 +95,6 @@ def test_pause_step_and_sliders_act_between_increments(simulate):
     assert [row["time"] for row in run.curve.rows] == simulation.history["time"].tolist()
 
 
-@pytest.mark.starts(0)
 def test_without_viser_the_view_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "viser", None)
     from softsim.live import LiveView
