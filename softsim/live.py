@@ -227,7 +227,7 @@ class LiveView:
     def __init__(self, port: int = PORT) -> None:
         self.controls = Controls()
         self._server = opened_server(port)
-        self.panel = Panel(self._server.gui, self.controls)
+        self.panel = ControlPanel(self._server.gui, self.controls)
         self.shown: RunView | None = None
 
     @property
@@ -317,7 +317,7 @@ def quiet_viser() -> Iterator[None]:
 # The panel: state, controls, sliders of loads, and a curve over time.
 
 
-class Panel:
+class ControlPanel:
     """Panel of a view: state, pause and step, and settings of the picture."""
 
     def __init__(self, gui: "GuiApi", controls: Controls) -> None:
@@ -374,7 +374,9 @@ class Panel:
 class RunView:
     """View of one run: its picture, sliders of its loads, and a curve over time."""
 
-    def __init__(self, run: Run, server: "ViserServer", panel: Panel, controls: Controls) -> None:
+    def __init__(
+        self, run: Run, server: "ViserServer", panel: ControlPanel, controls: Controls
+    ) -> None:
         self.run, self._server, self._panel, self._controls = run, server, panel, controls
         title = run.files.loaded.scene.title
         server.gui.set_panel_label(title or "softsim")
@@ -389,14 +391,14 @@ class RunView:
             self.curve.note(dict(zip(earlier, values, strict=True)))
         self.curve.note(run.row)
         self._described = description(run.model, title)
-        self.stage = Stage(server, present_frames(run.scenario, self._described))
+        self.picture = LivePicture(server, present_frames(run.scenario, self._described))
         self._latest = run.scenario.time
         self._drawn_at, self._next_picture = -np.inf, -np.inf
         self._restart_clock()
 
     def remove(self) -> None:
         """Remove everything that belongs to this run."""
-        self.stage.remove()
+        self.picture.remove()
         self.curve.remove()
         for slider in self.sliders.values():
             slider.handle.remove()
@@ -451,7 +453,7 @@ class RunView:
         self._controls.take_redraw()
         frames = present_frames(self.run.scenario, self._described)
         with self._server.atomic():
-            low, high = self.stage.draw(frames, self._panel.field, self._panel.follows_body)
+            low, high = self.picture.draw(frames, self._panel.field, self._panel.follows_body)
             self._panel.show(self._state(), low, high)
             for slider in self.sliders.values():
                 slider.follow()
@@ -608,7 +610,7 @@ BEHIND, ABOVE = -0.02, 0.002
 """Depth of walls, and height of lines, relative to plane bodies as a fraction of their size."""
 
 
-class Stage:
+class LivePicture:
     """Picture of a run in the scene of a server.
 
     Cells of a plane model are drawn in the plane z = 0, the body in space by its surface. Faces of

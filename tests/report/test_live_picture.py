@@ -12,7 +12,7 @@ from selenium.webdriver import Keys
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
 
-from softsim.live import SIZE, Stage, legend, opened_server, view
+from softsim.live import SIZE, LivePicture, legend, opened_server, view
 from softsim.output.fields import Frames, SeriesInMemory, read_frames
 from softsim.output.folder import RESULTS
 from softsim.report.diagram import MILLI, places_at, shades
@@ -56,17 +56,17 @@ def only(frames: Frames, index: int) -> Frames:
     )  # fmt: skip
 
 
-def drawn(server, folder: Path, index: int) -> tuple[Stage, Frames]:
+def drawn(server, folder: Path, index: int) -> tuple[LivePicture, Frames]:
     """The picture of a frame of a run, drawn after that of the first one."""
     frames = read_frames(folder / RESULTS)
-    stage = Stage(server, only(frames, 0))
+    stage = LivePicture(server, only(frames, 0))
     stage.draw(only(frames, 0), "stretch", False)
     last = only(frames, index)
     stage.draw(last, "stretch", False)
     return stage, last
 
 
-def corners(stage: Stage, kind: str) -> dict[str, np.ndarray]:
+def corners(stage: LivePicture, kind: str) -> dict[str, np.ndarray]:
     """The triangles (k, 3, 3) [mm] of the visible meshes of a kind."""
     found = {
         name: mesh.vertices[mesh.faces] * stage.size / SIZE
