@@ -1,6 +1,8 @@
 """Commands on one scene: run it, check it, assess whether a robot gets through a layout."""
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -29,6 +31,7 @@ from softsim.cli.reporting import (
 from softsim.errors import ExpectationError, Option, SceneError, StabilityError
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
+    from softsim.live import LiveView
     from softsim.model import Model
     from softsim.scene.loading import LoadedScene
     from softsim.study.loading import LoadedStudy
@@ -58,6 +61,12 @@ def run(
         bool,
         typer.Option("--report/--no-report", help="Draw the figures and write the page, or not."),
     ] = True,
+    live: Annotated[
+        bool,
+        typer.Option(
+            "--live", help="Show the running simulation in a browser, with pause and sliders."
+        ),
+    ] = False,
 ) -> None:
     """Run a scene and write its results, figures and report page to a run folder.
 
@@ -84,16 +93,16 @@ def run(
         end_with = report_runs if report else put_off_reports
         after = 0.0 if profile else PROFILE_AFTER
         try:
-            with ended_by(lambda: end_with(folder, console)):
+            with ended_by(lambda: end_with(folder, console)), _opened_views(live, console) as views:
                 if steps:
                     found = run_steps(
-                        steps, folder, device.value, resume, console, threads, after, source
+                        steps, folder, device.value, resume, console, threads, after, source, views
                     )
                     done = list(found.values())
                 else:
                     done = [run_scene(
                         scene, overrides or [], folder, device.value, resume, console, threads,
-                        after,
+                        after, monitors=views,
                     )]  # fmt: skip
         except ExpectationError:  # the run is done all the same, and measured
             _show_profiles(folder, profile, console)
@@ -103,6 +112,19 @@ def run(
             units = read_units(results.folder / HISTORY)
             console.print(summary_table(results.summary, units))
             console.print(f"results in {results.folder}", highlight=False)
+
+
+@contextmanager
+def _opened_views(live: bool, console: Console) -> "Iterator[list[LiveView]]":
+    """Yield a live view of the run, if it is wanted, after its address was printed."""
+    if not live:
+        yield []
+        return
+    from softsim.live import LiveView
+
+    with LiveView() as view:
+        console.print(f"live view: {view.address}", highlight=False)
+        yield [view]
 
 
 def _show_profiles(folder: Path, asked: bool, console: Console) -> None:

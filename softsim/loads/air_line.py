@@ -141,6 +141,10 @@ class AirLine(PressureSource):
         return self.ambient_pressure / self.specific_energy
 
     @property
+    def value_range(self) -> tuple[float, float]:
+        return self.set_point.value_range
+
+    @property
     def last_change(self) -> float:
         return self.set_point.last_change
 

@@ -268,6 +268,11 @@ class NetworkChamber(PressureSource):
         """Volume of the chamber, as text."""
         return f"chamber of {1e6 * self.initial_volume:.4g} ml in the network"
 
+    @property
+    def value_range(self) -> tuple[float, float]:
+        """NaN: the pressure is not known in advance."""
+        return np.nan, np.nan
+
     def cycle_end(self, number: int) -> float:
         return np.inf
 

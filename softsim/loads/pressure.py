@@ -56,6 +56,8 @@ class PressureSource(ABC):
     """True if the pressure depends on the volume of the chamber."""
     can_be_set: ClassVar[bool] = True
     """True if another profile can replace that of the source during a run."""
+    unit: ClassVar[str] = "Pa"
+    """SI unit of the values of its profile or control."""
     thinning_advice: ClassVar[str] = BALLOONING
     """Advice to users on elements that become too thin."""
     initial_volume: float
@@ -102,6 +104,11 @@ class PressureSource(ABC):
     @abstractmethod
     def peak(self) -> str:
         """Largest value of the source, as text."""
+
+    @property
+    @abstractmethod
+    def value_range(self) -> tuple[float, float]:
+        """Smallest and largest value of its profile or control."""
 
     @property
     @abstractmethod
@@ -169,6 +176,10 @@ class ProfileSource(PressureSource):
     def cycles(self) -> list[Cycle]:
         """Cycles of the profile; empty for a profile that never falls."""
         return cycles_of(self.profile)
+
+    @property
+    def value_range(self) -> tuple[float, float]:
+        return float(self.profile.values.min()), float(self.profile.values.max())
 
     @property
     def last_change(self) -> float:
@@ -348,6 +359,7 @@ class AddedVolume(AddedContent):
     bulk_modulus: PerScenario[float]
 
     ambient_pressure = ATMOSPHERE
+    unit = "m^3"
     thinning_advice = "the wall of a chamber becomes thinner as the chamber grows: add less volume"
 
     @property
@@ -398,6 +410,7 @@ class AddedGas(AddedContent):
     specific_energy: PerScenario[float]
     ambient_pressure: PerScenario[float]
 
+    unit = "kg"
     thinning_advice = "the wall of a chamber becomes thinner as the chamber grows: add less gas"
 
     @property

@@ -139,6 +139,10 @@ class ControlledPressure(PressureSource):
         return f"up to {1e-3 * self.settings.highest:.4g} kPa"
 
     @property
+    def value_range(self) -> tuple[float, float]:
+        return self.settings.lowest, self.settings.highest
+
+    @property
     def last_change(self) -> float:
         rules = self.settings
         rise = rules.highest / rules.inflation_rate

@@ -4,8 +4,9 @@ Contact quantities are averages over the interval since the last row, so that th
 motor does not alias into them; a row of spikes is in contact if it touched within the interval.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -18,6 +19,7 @@ from softsim.elements.geometry import cauchy_stress, measure_elements
 from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
 from softsim.model import Model, Probe
+from softsim.output.fields import Frames, SeriesInMemory
 from softsim.scene.outputs import probe_columns
 from softsim.scene.quantities import CHAMBER_PRESSURE, ROW_FORCE, SIDE_FORCE
 from softsim.solver.energy import (
@@ -340,6 +342,24 @@ def frame(scenario: Scenario, further: Sequence[str]) -> Frame:
         | line_places(model, x)
         | wall_offsets(model, scenario.time),
     )
+
+
+def present_frames(scenario: Scenario, described: Mapping[str, Any]) -> Frames:
+    """Return the present fields of a scenario as a single frame in memory.
+
+    described: what `description` returns for its model.
+    """
+    points, cells = mesh_of(scenario.model)
+    now = frame(scenario, ())
+    return Frames(
+        points, cells, np.array([scenario.time]),
+        point_data={name: SeriesInMemory([a]) for name, a in now.point_data.items()},
+        cell_data={name: SeriesInMemory([a]) for name, a in now.cell_data.items()},
+        extra={name: SeriesInMemory([a]) for name, a in now.extra.items()},
+        described={n: a for n, a in described.items() if isinstance(a, np.ndarray)},
+        titles={n: text for n, text in described.items() if isinstance(text, str)},
+        sets=described["sets"],
+    )  # fmt: skip
 
 
 def wall_forces(scenario: Scenario) -> np.ndarray:

@@ -190,6 +190,13 @@ class WallSolid:
     outline: np.ndarray
     face: np.ndarray
 
+    @property
+    def quads(self) -> np.ndarray:
+        """Quadrilaterals (k, 4, 2) that make up the solid, between its front and its back."""
+        front, back = np.split(self.outline, 2)
+        back = back[::-1]
+        return np.stack([front[:-1], front[1:], back[1:], back[:-1]], axis=1)
+
 
 class Section:
     """The frames `indices` of a plane run, coloured by `field`.

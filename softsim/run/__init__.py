@@ -4,8 +4,9 @@ Read scenes.py first (a single scene, or several side by side), then batch.py (t
 that share a solver), course.py (one run from block to block of increments, with control of the
 pressure by its history) and record.py (its files, or a record in memory). steps.py runs the steps
 of a scene one after another or reuses those of another run, and handover.py transfers the state
-between them. simulation.py advances a run in steps under the control of a program. pilot.py
-estimates the duration of a run, cost.py measures the cost of an increment.
+between them. simulation.py advances a run in steps under the control of a program, and commands.py
+changes its loads. pilot.py estimates the duration of a run, cost.py measures the cost of an
+increment.
 """
 
 from softsim.run.course import Results

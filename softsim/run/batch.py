@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import asdict, replace
+from typing import Protocol
 
 import numpy as np
 from rich.console import Console
@@ -88,6 +89,22 @@ class VariedSolver(ReusedSolver):
         return solver.take_variation(models[0])
 
 
+class Monitor(Protocol):
+    """Program that follows a run between its blocks of increments, such as the live view.
+
+    It may hold the run and change its loads. A monitor that does neither has no effect on results.
+    """
+
+    def start(self, run: Run) -> None:
+        """Called before the first block of a run."""
+
+    def update(self, run: Run, signals: Sequence[int]) -> None:
+        """Called before each block and after the last one; it must return soon after a signal.
+
+        signals: SIGINT and SIGTERM received so far, a list that grows.
+        """
+
+
 class Batch:
     """Runs that share a solver, each with its own time step and end.
 
@@ -158,8 +175,13 @@ class Batch:
         """Runs that have no outcome yet."""
         return [run for run in self.runs if run.outcome is None]
 
-    def run(self, console: Console) -> list[Results | SoftsimError]:
-        """Run the loop, always write a summary, and return the outcome of each run."""
+    def run(
+        self, console: Console, monitors: Sequence[Monitor] = ()
+    ) -> list[Results | SoftsimError]:
+        """Run the loop, always write a summary, and return the outcome of each run.
+
+        monitors: those of a batch of one.
+        """
         for run in self.runs:
             run.write_summary("running", {})
         end = max(run.model.end_time for run in self.runs)
@@ -171,7 +193,7 @@ class Batch:
         status = "aborted"
         try:
             with stop_signals() as asked:
-                self._loop(report, asked)
+                self._loop(report, asked, monitors)
         except Interrupted:
             status = "interrupted"
             raise
@@ -181,7 +203,7 @@ class Batch:
                 run.stop(status)
         return [run.outcome for run in self.runs if run.outcome is not None]
 
-    def _loop(self, report: ProgressReport, asked: list[int]) -> None:
+    def _loop(self, report: ProgressReport, asked: list[int], monitors: Sequence[Monitor]) -> None:
         last_checkpoint = time.monotonic()
         for s, error in self.unsettled.items():
             with self._attended(self.runs[s]):
@@ -189,7 +211,11 @@ class Batch:
                     self.runs[s].write_due()
                 raise error
         self.write_due()
+        for monitor in monitors:
+            monitor.start(self.runs[0])
         while running := self.running:
+            for monitor in monitors:
+                monitor.update(self.runs[0], asked)
             if asked:
                 self._interrupt(signal.Signals(asked[0]).name)
             self.do_blocks()
@@ -205,6 +231,8 @@ class Batch:
             if since >= min(run.output.checkpoint_interval for run in running):
                 self.checkpoint()
                 last_checkpoint = time.monotonic()
+        for monitor in monitors:
+            monitor.update(self.runs[0], asked)
 
     def do_blocks(self) -> None:
         """Advance each run by a block of increments, with the guards, rows and frames due then."""

@@ -270,7 +270,9 @@ class Run:
 
     files: its record, with scene and model. finished: True if nothing is left to compute.
     outcome: its Results, or the error that stopped it; None while it runs. show: shows a detail of
-    what is computed, on the console.
+    what is computed, on the console. row: the latest one of the history that was written since the
+    start or a return to an earlier state; empty before the first.
+    is_commanded: True once a command has replaced the control of the robot's chamber.
     """
 
     def __init__(
@@ -290,6 +292,7 @@ class Run:
         self.energy_error, self.contact_count, self.unbalanced_share = 0.0, 0, float("nan")
         self.outcome: Results | SoftsimError | None = None
         self.show: Callable[[str], None] = lambda detail: None
+        self.row: dict[str, float] = {}
 
     def begin(self, settled: float | None) -> None:
         """Start at t = 0; the energy reader must be up to date.
@@ -355,6 +358,7 @@ class Run:
         self.observer = Observer(self.scenario, self.reader, self.balance)
         self.wall_before = progress.wall_time
         self.loop = feedback(self.scenario, progress.control)
+        self.is_commanded, self.row = False, {}
         self.stop_conditions = [
             *conditions_of_scene(self.files.loaded, self.model),
             *(make(self.model) for make in self.given_conditions),
@@ -365,6 +369,11 @@ class Run:
 
     def prepare(self) -> None:
         """Prepare the first block; the state is that of the start, or of a checkpoint."""
+
+    def end_control(self) -> None:
+        """End the control of the robot's chamber by its profile or by events: commands set it."""
+        self.is_commanded = True
+        self.loop = OpenLoop(self.scenario, None)
 
     # --- blocks of increments --------------------------------------------------------------------
 
@@ -538,6 +547,7 @@ class Run:
         seen = self.observer.observe(self._interval())
         row = seen.row | self.loop.readings() | self.path_readings()
         self.files.history.append(row)
+        self.row = row
         self.loop.follow(row)
         for condition in self.stop_conditions:
             condition.see_row(row)

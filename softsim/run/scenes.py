@@ -15,7 +15,7 @@ from softsim.errors import DeviceError, SoftsimError
 from softsim.model import Model
 from softsim.output.folder import CHECKPOINT, RunFolder, claimed
 from softsim.output.stop_conditions import MakesStopCondition
-from softsim.run.batch import Batch, MakesSolver, new_solver
+from softsim.run.batch import Batch, MakesSolver, Monitor, new_solver
 from softsim.run.course import Results, conditions_of_scene
 from softsim.run.record import RunFiles, fitting_checkpoint
 from softsim.scene.loading import Loaded, LoadedScene, load_scene
@@ -37,6 +37,7 @@ def run(
     threads: int | str = AUTO,
     profile_after: float = PROFILE_AFTER,
     stop_conditions: Sequence[MakesStopCondition] = (),
+    monitors: Sequence[Monitor] = (),
 ) -> Results:
     """Run a scene to its end and return its results.
 
@@ -63,6 +64,8 @@ def run(
         Additional conditions that end the run early. Each is called with the model and returns a
         `softsim.output.stop_conditions.StopCondition`; `ended_by` in the summary names the one
         that ended the run.
+    monitors : sequence of Monitor
+        Programs that follow the run between its blocks of increments: `softsim.live.LiveView`.
 
     Returns
     -------
@@ -106,7 +109,7 @@ def run(
                     f"nothing to resume in {target.path}: the run starts from the beginning"
                 )
             batch = Batch([RunFiles(loaded, model, target, console)], choice, [stop_conditions])
-        return outcome_of(batch, console, profile_after)
+        return outcome_of(batch, console, profile_after, monitors)
 
 
 def ready_model(loaded: LoadedScene, choice: Choice, beginning: Beginning = AT_THE_START) -> Model:
@@ -120,9 +123,11 @@ def ready_model(loaded: LoadedScene, choice: Choice, beginning: Beginning = AT_T
     return model
 
 
-def outcome_of(batch: Batch, console: Console, profile_after: float) -> Results:
+def outcome_of(
+    batch: Batch, console: Console, profile_after: float, monitors: Sequence[Monitor] = ()
+) -> Results:
     """Run a batch of one to its end; raise the error that stopped it, if there is one."""
-    [outcome] = batch.run(console)
+    [outcome] = batch.run(console, monitors)
     batch.add_profile(profile_after)
     if isinstance(outcome, SoftsimError):
         raise outcome

@@ -19,16 +19,13 @@ from softsim.compute import backend
 from softsim.compute.machine import AUTO, choose
 from softsim.errors import Interrupted, Option, SimulationError, SoftsimError
 from softsim.interruption import stop_signals
-from softsim.loads import profile
-from softsim.loads.load import Load
-from softsim.loads.pressure import FollowerPressure, PressureSource
-from softsim.loads.pressure_control import PressureRamp
+from softsim.loads.pressure import PressureSource
 from softsim.loads.rotor import Rotor, RotorForce
 from softsim.model import Model
 from softsim.output.folder import Checkpoint
 from softsim.output.observation import Pose, frame_pose, wall_forces
-from softsim.run.batch import Batch
-from softsim.run.course import OpenLoop
+from softsim.run.batch import Batch, Monitor
+from softsim.run.commands import LoadCommands, number
 from softsim.run.gradient import Parameter, derivatives
 from softsim.run.record import MemoryRecord
 from softsim.run.scenes import ready_model
@@ -164,11 +161,9 @@ class Simulation:
         self._batch, self._device = batch, backend.device()
         self._run, self._solver = batch.runs[number], batch.solver
         self._scenario = self._run.scenario
-        self._loads: dict[str, Load] = dict(
-            zip(self.model.load_names, self.model.loads, strict=True)
-        )
+        self._commands = LoadCommands(self._run)
+        self._monitors: list[Monitor] = []
         self._asked, self._left = 0.0, 0
-        self._is_commanded = False
         self._start = self.save()
 
     # --- time ------------------------------------------------------------------------------------
@@ -376,11 +371,7 @@ class Simulation:
     @property
     def chambers(self) -> tuple[str, ...]:
         """Names of the chambers that `set_load` accepts: all but those of a network."""
-        return tuple(
-            name
-            for name, load in self._loads.items()
-            if isinstance(load, FollowerPressure) and load.source.can_be_set
-        )
+        return self._commands.chambers
 
     def set_load(self, name: str, value: float, within: float = 0.0) -> None:
         """Change the pressure or filling of a chamber linearly, and hold it.
@@ -405,31 +396,7 @@ class Simulation:
             one in the scene's profile, or a network sets the pressure.
         """
         self._refuse_stale()
-        load = self._named(name, FollowerPressure, "chamber")
-        value = _number(value, f"the value of '{name}'")
-        within = _number(within, f"the time within which '{name}' changes")
-        if not (np.isfinite(value) and 0.0 <= within < np.inf):
-            raise SimulationError(
-                f"'{name}' cannot change to {value} within {within} s: both must be finite "
-                "numbers, and the time at least zero"
-            )
-        scenario, term, now = self._scenario, self._scenario.term_of(load), self.time
-        source: PressureSource = term.sources[scenario.number]
-        if source.control is not None:
-            start = float(scenario.read(term.pressure)) if within > 0.0 else value
-            rate = (value - start) / within if within > 0.0 else 0.0
-            term.kernel.set_ramp(scenario.number, PressureRamp(start, now, rate, value))
-        else:
-            if value > (most := load.source.stiffest_value):
-                raise SimulationError(
-                    f"'{name}' cannot be set to {value:.6g}: the stable step was computed for at "
-                    f"most {most:.6g}, the highest value of its profile in the scene",
-                    hint="raise the highest value of the profile in the scene",
-                )
-            change = profile.ramp(now, source.value_at(now), within, value)
-            term.follow(scenario.number, source.with_profile(change))
-        if load is self.model.chamber:
-            self._command()
+        self._commands.set_load(name, value, within)
 
     def set_motor(self, frequency: float, name: str | None = None) -> None:
         """Set the frequency of a motor, which keeps its present angle.
@@ -449,36 +416,22 @@ class Simulation:
             There is no such motor, or the frequency is not valid.
         """
         self._refuse_stale()
-        frequency = _number(frequency, "the frequency of a motor")
-        if not 0.0 <= frequency < np.inf:
-            raise SimulationError(f"the frequency of a motor cannot be {frequency} Hz")
-        motors = self._motors() if name is None else [self._named(name, Rotor, "motor")]
-        if not motors:
-            raise SimulationError(
-                "the scene has no motor", hint="add a load of kind eccentric_mass"
-            )
-        for motor in motors:
-            term = self._scenario.term_of(motor)
-            now = term.rotors[self._scenario.number]
-            term.follow(self._scenario.number, motor.at_frequency(now, frequency, self.time))
-
-    def _named(self, name: str, kind: type, called: str) -> Any:
-        known = self._names(kind)
-        if name not in known:
-            hint = did_you_mean(str(name), known) if known else f"the scene has no {called}"
-            raise SimulationError(f"there is no {called} '{name}'", hint)
-        return self._loads[name]
-
-    def _names(self, kind: type) -> tuple[str, ...]:
-        return tuple(name for name, load in self._loads.items() if isinstance(load, kind))
+        self._commands.set_motor(frequency, name)
 
     def _motors(self) -> tuple[Rotor, ...]:
         return self.model.of_kind(Rotor)
 
-    def _command(self) -> None:
-        """End the control of the robot's chamber by its profile or by events."""
-        self._is_commanded = True
-        self._run.loop = OpenLoop(self._scenario, None)
+    def watch(self, monitor: Monitor) -> None:
+        """Let a monitor follow the simulation, as `softsim.live.view` does.
+
+        Parameters
+        ----------
+        monitor : Monitor
+            Its `start` is called now, its `update` after each block of increments of `step`.
+        """
+        self._refuse_stale()
+        monitor.start(self._run)
+        self._monitors.append(monitor)
 
     # --- back to an earlier moment ---------------------------------------------------------------
 
@@ -501,7 +454,7 @@ class Simulation:
             self._left,
             float(self._solver.block_starts[s]),
             int(self._solver.done_in_block[s]),
-            self._is_commanded,
+            self._run.is_commanded,
             [term_of(pressure).sources[s] for pressure in self.model.pressures],
             [term_of(motor).rotors[s] for motor in self._motors()],
         )
@@ -536,9 +489,8 @@ class Simulation:
             term_of(pressure).follow(s, source)
         for motor, rotor in zip(self._motors(), saved.rotors, strict=True):
             term_of(motor).follow(s, rotor)
-        self._is_commanded = saved.is_commanded
-        if self._is_commanded:
-            self._command()
+        if saved.is_commanded:
+            self._run.end_control()
 
     def reset(self, seed: int | None = None) -> None:
         """Return to the start, without compiling again.
@@ -684,7 +636,7 @@ def _recorded_batch(
 
 def _step_together(simulations: Sequence[Simulation], durations: Sequence[float]) -> None:
     """Advance simulations of one batch that have not ended, each by its duration [s]."""
-    steps = [_number(duration, "the duration of a step") for duration in durations]
+    steps = [number(duration, "the duration of a step") for duration in durations]
     asked = [s._asked + step for s, step in zip(simulations, steps, strict=True)]
     for simulation, step, time in zip(simulations, steps, asked, strict=True):
         simulation._refuse_step(step, time)
@@ -700,6 +652,9 @@ def _step_together(simulations: Sequence[Simulation], durations: Sequence[float]
                     hint="call step() to continue",
                 )
             _advance(behind)
+            for simulation in behind:
+                for monitor in simulation._monitors:
+                    monitor.update(simulation._run, signals)
 
 
 def _advance(simulations: Sequence[Simulation]) -> None:
@@ -739,11 +694,3 @@ def _loaded(
             hint="give the path of a scene file, a dict, a Scene or a loaded scene",
         )
     return scene_of(scene)
-
-
-def _number(value: Any, meaning: str) -> float:
-    """Return a real number of any type, numpy's too, as float; raise SimulationError for others."""
-    found = np.asarray(value)
-    if found.dtype.kind not in "iuf" or found.size != 1:
-        raise SimulationError(f"{meaning} must be a number, not {value!r}")
-    return float(found.item())

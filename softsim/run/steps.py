@@ -26,7 +26,7 @@ from softsim.output.folder import (
     read_summary,
 )
 from softsim.output.history import read_history
-from softsim.run.batch import Batch
+from softsim.run.batch import Batch, Monitor
 from softsim.run.course import Results
 from softsim.run.handover import EarlierStep, fitting_steps, refuse_source, take_step
 from softsim.run.record import RunFiles
@@ -43,6 +43,7 @@ def run_steps(
     threads: int | str = AUTO,
     profile_after: float = PROFILE_AFTER,
     source: Path | None = None,
+    monitors: Sequence[Monitor] = (),
 ) -> dict[str, Results]:
     """Run all steps of a scene and return their results.
 
@@ -66,6 +67,8 @@ def run_steps(
     source : Path, optional
         Folder of another run. Its first steps are copied instead of run, as many as are finished
         and unchanged.
+    monitors : sequence of Monitor
+        As for `run`; each step starts them anew.
 
     Returns
     -------
@@ -101,7 +104,7 @@ def run_steps(
             f"; later steps are not reused: {reason}" if reason else ""
         )
         console.print(said, highlight=False)
-    work = Work(RunFolder(path), tuple(steps), choice, console, profile_after)
+    work = Work(RunFolder(path), tuple(steps), choice, console, profile_after, tuple(monitors))
     with claimed(path):
         if taken:
             work.take(taken)
@@ -138,6 +141,7 @@ class Work:
     choice: Choice
     console: Console
     profile_after: float
+    monitors: tuple[Monitor, ...]
 
     def path(self, number: int) -> Path:
         """Return the folder of a step; numbers count from 1."""
@@ -214,7 +218,7 @@ class Work:
             else:
                 files = RunFiles(step.loaded, model, target, self.console)
                 batch = Batch([files], self.choice, [()], earlier=earlier)
-            return outcome_of(batch, self.console, self.profile_after)
+            return outcome_of(batch, self.console, self.profile_after, self.monitors)
 
     def write_summary(self, status: str) -> None:
         """Write the summary of all steps to their common folder."""

@@ -428,3 +428,17 @@ def test_the_version_is_told(softsim):
     import softsim as package
 
     assert softsim("--version").stdout.split() == ["softsim", package.__version__]
+
+
+def test_a_live_view_needs_its_extra(softsim, write_scene, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "viser", None)
+    ran = softsim("run", write_scene(SCENE), "--live", "--out", tmp_path / "run")
+    assert ran.exit_code == 2 and "pip install 'softsim[live]'" in ran.stderr
+    assert not (tmp_path / "run").exists()  # refused before anything is written
+
+
+@pytest.mark.physics
+def test_a_live_view_prints_its_address_and_ends_with_the_run(softsim, write_scene, tmp_path):
+    ran = softsim("run", write_scene(SCENE), "--live", "--no-report", "--out", tmp_path / "run")
+    assert ran.exit_code == 0 and "live view: http://127.0.0.1:" in ran.output
+    assert "viser" not in ran.output

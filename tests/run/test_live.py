@@ -1,0 +1,164 @@
+"""Live view of runs and simulations: same results untouched, pause, steps, sliders, warnings."""
+
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from batches import PRESSED_BLOCK
+
+from softsim.errors import SimulationError
+
+
+@pytest.fixture
+def simulate(write_scene, kernel_cache, monkeypatch):
+    """A simulation of the pressed block on one thread, with a live view."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim import Simulation
+    from softsim.live import view
+
+    opened = []
+
+    def started():
+        simulation = Simulation(write_scene(PRESSED_BLOCK), (), "cpu", 1)
+        opened.append(view(simulation))
+        return simulation, opened[0]
+
+    yield started
+    for one in opened:
+        one.close()
+
+
+def wait_for(condition):
+    """Wait until a condition holds that another thread brings about."""
+    end = time.monotonic() + 20.0
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def meanwhile(act):
+    """Start a function in a thread of its own, as viser does with its callbacks."""
+    thread = threading.Thread(target=act)
+    thread.start()
+    return thread
+
+
+@pytest.mark.starts(1)
+def test_pause_step_and_sliders_act_between_increments(simulate):
+    simulation, shown = simulate()
+    controls, panel, run = shown.controls, shown.panel, shown.shown
+    assert shown.address.startswith("http://127.0.0.1:")
+    assert shown.address in shown._repr_html_()
+    run._is_due = lambda now: True  # as if a browser asked for every picture
+    simulation.step(10e-3)
+    followed = run.sliders["air"].handle.value
+    assert followed == pytest.approx(2.0 * 10.0 / 15.0, abs=0.02)  # kPa, on its way down
+    assert len(run.curve.rows) == 11 and not simulation.record.warnings
+    seen = simulation.history
+    simulation.reset()
+    simulation._monitors.clear()
+    simulation.step(10e-3)
+    for name, column in simulation.history.items():  # a view that nobody touches has no effect
+        np.testing.assert_array_equal(column, seen[name], err_msg=name)
+
+    simulation.reset()
+    simulation.watch(shown)
+    run = shown.shown
+    panel.set_paused(True)
+    times = []
+
+    def act():
+        wait_for(lambda: "paused" in panel._state.content)
+        times.append(simulation.time)
+        controls.step()
+        wait_for(lambda: simulation.time > times[0] and controls.holds(simulation.time))
+        times.append(simulation.time)
+        run.sliders["air"].move(1.5)
+        run.sliders["motor"].move(50.0)
+        panel.set_paused(False)
+
+    acting = meanwhile(act)
+    simulation.step(6e-3)
+    acting.join()
+    assert times[1] - times[0] == pytest.approx(1e-3, rel=0.1)  # the display interval
+    assert simulation.row["pressure"] == pytest.approx(1.5e3, rel=1e-12)
+    assert simulation._scenario.term_of(simulation._motors()[0]).rotors[0].frequency == 50.0
+    text = "\n".join(simulation.record.warnings.values())
+    assert "the load 'air' was changed by hand in the live view" in text and "'motor'" in text
+    run.draw()
+    assert run.sliders["air"].is_moved
+    simulation.reset()  # sliders follow the scene again
+    simulation.step(1e-3)
+    assert not run.sliders["air"].is_moved
+    assert [row["time"] for row in run.curve.rows] == simulation.history["time"].tolist()
+
+
+def test_without_viser_the_view_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "viser", None)
+    from softsim.live import LiveView
+
+    with pytest.raises(SimulationError, match="needs the package viser") as refused:
+        LiveView()
+    assert "pip install 'softsim[live]'" in str(refused.value) and refused.value.exit_code == 2
+
+
+def test_a_second_view_takes_the_next_port_of_this_machine():
+    from softsim.live import LiveView
+
+    with LiveView() as one, LiveView() as other:
+        assert one.address != other.address
+        for view in (one, other):
+            assert view.address.startswith("http://127.0.0.1:")
+
+
+def test_a_run_with_a_view_has_the_same_files(run, write_scene, tmp_path, monkeypatch):
+    from softsim.live import LiveView
+
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "viser", None)  # not imported by a run without a view
+        run(write_scene(PRESSED_BLOCK), out=tmp_path / "plain", threads=1)
+    with LiveView() as shown:
+        monkeypatch.setattr("softsim.live.RunView._is_due", lambda self, now: True)
+        viewed = run(write_scene(PRESSED_BLOCK), out=tmp_path / "live", threads=1, monitors=[shown])
+        assert "ended" in shown.panel._state.content
+    plain, live = (tmp_path / name / "history.csv" for name in ("plain", "live"))
+    assert plain.read_bytes() == live.read_bytes()
+    assert not any("by hand" in text for text in viewed.summary["warnings"])
+
+
+def test_a_run_changed_by_hand_says_so_in_its_summary(run, write_scene, tmp_path):
+    from softsim.live import LiveView
+
+    with LiveView() as shown:
+        shown.panel.set_paused(True)  # before the kernels are compiled: held at the start
+
+        def act():
+            wait_for(lambda: shown.shown is not None)
+            shown.shown.sliders["air"].move(1.0)
+            shown.panel.set_paused(False)
+
+        acting = meanwhile(act)
+        found = run(write_scene(PRESSED_BLOCK), out=tmp_path / "run", threads=1, monitors=[shown])
+        acting.join()
+    assert found.history["pressure"][5:] == pytest.approx(1e3, rel=1e-12)
+    [text] = [w for w in found.summary["warnings"] if "by hand" in w]
+    assert text.startswith("t = 0 s: the load 'air' was changed by hand in the live view")
+    assert text in (tmp_path / "run" / "run.log").read_text()
+
+
+def test_each_step_of_a_scene_starts_the_view_anew(
+    write_scene, kernel_cache, monkeypatch, tmp_path
+):
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim.live import LiveView
+    from softsim.run import run_steps
+    from softsim.scene.steps import load_steps
+
+    steps = "steps:\n  press: {time: {end: 2 ms}}\n  release: {time: {end: 2 ms}}\n"
+    scene = write_scene(PRESSED_BLOCK.replace("time: {end: 20 ms}\n", "") + steps)
+    with LiveView() as shown:
+        run_steps(load_steps(scene), tmp_path / "steps", "cpu", threads=1, monitors=[shown])
+        assert shown.shown.run.scenario.time == pytest.approx(4e-3)
+        assert shown.shown.curve.rows[0]["time"] >= 2e-3 * 0.99
