@@ -391,9 +391,9 @@ class PressureVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             raise SimulationError(
                 f"actions are an array ({self.num_envs}, 1), not of shape {np.shape(actions)}"
             )
-        pressures = [task.pressure(action) for action in actions]
         infos: dict[str, Any] = {}
         going = np.flatnonzero(~self._is_over)
+        pressures = {k: task.pressure(actions[k]) for k in going}
         for k in np.flatnonzero(self._is_over):
             infos = self._restart(int(k), None, infos)
         durations, before, began = np.zeros(self.num_envs), {}, {}

@@ -506,7 +506,8 @@ class LoadSlider:
     def move(self, value: float) -> None:
         """Set the load to a value, in the unit of the slider."""
         self.is_moved = True
-        self._controls.set_value(self.load.name, value * self._size)
+        value = float(np.clip(value, self._low, self._high))
+        self._controls.set_value(self.load.name, min(value * self._size, self.load.limit))
 
     def follow(self) -> None:
         """Show the present value of the load, unless the slider was moved."""

@@ -242,10 +242,12 @@ def refuse_reaction_of_tied(
 
 def refuse_rotation_of_line(names: Names, kind: str, points: np.ndarray, keys: Keys) -> None:
     """Raise SceneError if nodes at these places (n, d) [m] do not determine a rotation."""
+    if kind != "rotation":
+        return
     sizes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     needed = points.shape[1] - 1
     spread = len(sizes) >= needed and sizes[needed - 1] > 1e-6 * sizes[0]
-    if kind == "rotation" and not spread:
+    if not spread:
         raise names.loaded.error(
             (*keys, "nodes"),
             "the nodes are at one place" if needed == 1 else "the nodes are in one line",

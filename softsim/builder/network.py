@@ -84,8 +84,8 @@ def refuse_static(names: Names) -> None:
         raise names.loaded.error(
             PLACE,
             "the flow in a network depends on time, which a static procedure does not have",
-            "write time.procedure: dynamic, or load the chambers by follower_pressure, "
-            "added_volume or added_gas",
+            "for equilibria, modes and responses load the chambers by follower_pressure, "
+            "added_volume or added_gas; otherwise write time.procedure: dynamic",
         )
 
 
@@ -211,14 +211,16 @@ class _Making:
 
         def source(volume: float, nothing: float, compliance: float) -> PressureSource:
             refuse_inverted(names, volume, -nothing if fluid.is_gas else nothing, keys)
-            side = room_beside(names, node, volume, node.dead_volume + tube, nothing, keys)
+            filled = node.volume_ratio * volume
+            side = room_beside(names, node, filled, node.dead_volume + tube, nothing, keys)
             elastic = 0.0
             if not fluid.is_gas:
                 stiffest = self.loaded.stiffest
-                elastic = volume / liquid_modulus(names, volume, stiffest, compliance, keys)
+                elastic = filled / liquid_modulus(names, volume, stiffest, compliance, keys)
             return NetworkChamber(
-                name, volume, side, fluid.ambient_pressure, self.highest, elastic, self.supplies
-            )
+                name, volume, side, fluid.ambient_pressure, self.highest, elastic, self.supplies,
+                node.volume_ratio,
+            )  # fmt: skip
 
         return chamber_pressure(self.loaded, node, source, keys)
 
@@ -235,8 +237,9 @@ class _Making:
             if isinstance(node, NetworkPumpSpec):
                 pressures.append(node.stall)
             if isinstance(node, SyringeSpec):
-                left = node.volume - self.displaced(name, node).values.max()
-                compression = max(compression, node.volume / left)
+                displaced = self.displaced(name, node).values
+                volumes = node.volume - displaced.min(), node.volume - displaced.max()
+                compression = max(compression, volumes[0] / volumes[1])
         return (ambient + max(pressures)) * compression
 
     @property
@@ -275,16 +278,18 @@ class _Making:
         compliance = 0.0
         if isinstance(self.given.fluid, LiquidSpec):
             compliance = volume / self.given.fluid.bulk_modulus
+        volume_ratio = 1.0
         if chamber is not None:
             assert isinstance(chamber.source, NetworkChamber)
             volume, compliance = chamber.source.side_volume, chamber.source.compliance
+            volume_ratio = chamber.source.volume_ratio
         supply = self.supply(name)
         piston = self.displaced(name, node) if isinstance(node, SyringeSpec) else None
         pressure = node.pressure if isinstance(node, VesselSpec) else 0.0
         self.refuse_below_vacuum(pressure, name, "pressure")
         return NetworkNode(
             name, volume, pressure, compliance, supply is not None, supply or NO_SUPPLY,
-            piston is not None, piston or NOTHING,
+            piston is not None, piston or NOTHING, volume_ratio,
         )  # fmt: skip
 
     def refuse_below_vacuum(self, pressure: float, name: str, key: str) -> None:

@@ -32,7 +32,7 @@ class Stage(IntEnum):
     FOLLOW = 1  # places and velocities of nodes that are tied to facets
     MEASURE = 2  # gravity of now, lengths that elements ask for
     MOVE = 3  # deformation; forces that follow from places and velocities alone
-    SUPPLY = 4  # flow between chambers, from their volumes
+    SUPPLY = 4  # flows of a network, from the volumes of its chambers
     PRESS = 5  # pressures, from volumes
     STRESS = 6  # forces, from deformation and pressures
     LIST = 7  # who touches whom among surfaces

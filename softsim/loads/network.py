@@ -132,7 +132,8 @@ class NetworkNode:
 
     volume [m^3]: without that of a chamber's surface, which the mesh adds. pressure: at the start,
     above ambient [Pa]. compliance: V_0 / kappa_f of a liquid [m^3/Pa]; 0 for a gas. displaced: the
-    volume that a piston takes away [m^3 over s], or None.
+    volume that a piston takes away [m^3 over s]. volume_ratio: true volume of a chamber over that
+    of its surface. has_supply and has_piston are the same in all scenarios of a batch.
     """
 
     name: PerScenario[str]
@@ -143,6 +144,7 @@ class NetworkNode:
     supply: PerScenario[Supply]
     has_piston: bool
     displaced: PerScenario[Profile]
+    volume_ratio: PerScenario[float] = 1.0
 
     def time_scaled(self, factor: float) -> "NetworkNode":
         """Return the node with its supply and piston `factor` times as fast."""
@@ -232,6 +234,7 @@ class NetworkChamber(PressureSource):
     initial_volume [m^3]: of the chamber's surface. side_volume [m^3]: beside it. highest: largest
     absolute pressure [Pa] of the gas in the run. compliance: V_0 / kappa_f of a liquid, 0 for a
     gas. supplies: number of regulators, pumps, pistons and filled vessels of the network.
+    volume_ratio: true volume of the chamber over that of its surface.
     """
 
     name: PerScenario[str]
@@ -241,6 +244,7 @@ class NetworkChamber(PressureSource):
     highest: PerScenario[float]
     compliance: PerScenario[float]
     supplies: int
+    volume_ratio: PerScenario[float]
 
     needs_volume = True
     can_be_set = False
@@ -296,8 +300,8 @@ class NetworkChamber(PressureSource):
     def stiffness(self, volume: float) -> float:
         """Return -dp/dV [Pa/m^3] of the chamber without its edges, at the highest pressure."""
         if self.compliance > 0.0:
-            return 1.0 / self.compliance
-        return self.highest / (volume + self.side_volume)
+            return self.volume_ratio / self.compliance
+        return self.volume_ratio * self.highest / (self.volume_ratio * volume + self.side_volume)
 
     def warnings(self) -> dict[str, str]:
         if self.supplies:
@@ -354,6 +358,7 @@ class NetworkTerm(Term):
         self.rigid_volume = of_nodes("volume")
         self.starting_pressure = of_nodes("pressure")
         self.compliance = of_nodes("compliance")
+        self.volume_ratio = of_nodes("volume_ratio")
         self.supply_flow = of_supplies("flow")
         self.droop = of_supplies("droop")
         self.least = of_supplies("least")
@@ -414,6 +419,7 @@ class NetworkTerm(Term):
         return {
             "network_time": self.time, "content": self.content, "node_volume": self.volume,
             "node_pressure": self.pressure, "moved": self.moved, "supplied": self.supplied,
+            "unsolved": self.unsolved,
         }  # fmt: skip
 
     def impulses(self) -> list[ti.Field]:
@@ -454,7 +460,7 @@ class NetworkTerm(Term):
         for k, displaced in ti.static(zip(self.piston_nodes, self.displaced, strict=True)):
             self.new_volume[s, k] -= displaced.at(s, t)
         for k, chamber in ti.static(zip(self.chamber_nodes, self.chambers, strict=True)):
-            self.new_volume[s, k] += chamber.enclosed_volume(s)
+            self.new_volume[s, k] += self.volume_ratio[s, k] * chamber.enclosed_volume(s)
         if t <= 0.0:
             for k in range(self.node_count):
                 p = self.reference[s] + self.starting_pressure[s, k]
@@ -542,8 +548,8 @@ class NetworkTerm(Term):
         for e, opening in ti.static(enumerate(self.opening)):
             value = opening.at(s, at)
             frequency = self.pulse_frequency[s, e]
-            if frequency > 0.0:
-                begun, ended = start * frequency, at * frequency
+            begun, ended = start * frequency, at * frequency
+            if ended > begun:
                 open_time = pulses(ended, value) - pulses(begun, value)
                 value = ti.min(ti.max(open_time / (ended - begun), 0.0), 1.0)
             self.open_conductance[s, e] = self.conductance[s, e] * value

@@ -133,8 +133,10 @@ def mean_rotation(rest: np.ndarray, now: np.ndarray) -> np.ndarray:
     """Return the rotation [rad] that moves points (n, d) closest to their present places.
 
     Squares of the distances are minimized (Kabsch 1976). In a plane it is an angle (1,), in space a
-    rotation vector (3,).
+    rotation vector (3,); NaN if a place is not finite.
     """
+    if not np.isfinite(now).all():
+        return np.full(1 if now.shape[1] == 2 else 3, np.nan)
     a, b = rest - rest.mean(axis=0), now - now.mean(axis=0)
     if a.shape[1] == 2:
         return np.arctan2([(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()], (a * b).sum())

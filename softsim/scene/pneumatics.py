@@ -9,6 +9,7 @@ from softsim.scene.profiles import FactorProfile, FixedProfile, VolumeProfile
 from softsim.scene.quantities import (
     Name,
     NotNegativeVolume,
+    Number,
     PositiveFrequency,
     PositiveLength,
     PositivePressure,
@@ -68,6 +69,12 @@ class NetworkChamberSpec(ChamberSpec):
     excluded_volume: NotNegativeVolume = Field(
         default=written("0 ml"),
         description="Volume of objects inside the chamber, such as a frame.",
+    )
+    volume_ratio: Number = Field(
+        default=1.0,
+        gt=0.0,
+        description="True volume of the chamber divided by that of the model: 2 for a half model. "
+        "dead_volume and excluded_volume are true volumes.",
     )
 
 

@@ -385,6 +385,7 @@ class ExplicitSolver:
             fields.write_row(field, s, state[name][0])
         for contact in self.terms.listing:
             fields.write_row(contact.lists.stale, s, 1)
+            fields.write_row(contact.lists.overfull, s, 0)
         self.times[s], self.increment_counts[s] = time, increment_count
         self._set_time_increment(s, dt)
 
@@ -392,6 +393,7 @@ class ExplicitSolver:
         """Mark the neighbour lists as stale after positions were overwritten."""
         for contact in self.terms.listing:
             fields.write(contact.lists.stale, 1)
+            fields.write(contact.lists.overfull, 0)
 
     def take_over(self, state: dict[str, np.ndarray], time: float) -> None:
         """Copy the state of another solver of the same bodies at `time` [s], for common fields.

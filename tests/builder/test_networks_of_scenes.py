@@ -67,6 +67,26 @@ def test_chambers_of_a_network_are_pressures(build):
         )
 
 
+def test_chamber_of_a_half_model_counts_twice(build):
+    model = build(SCENE, "pneumatics.nodes.b.volume_ratio=2")
+    a, b = (load.source for load in model.pressures)
+    volume = b.initial_volume
+    assert b.stiffness(volume) == pytest.approx(
+        2.0 * (101325.0 + 8e3) / (2.0 * volume + b.side_volume)
+    )
+    assert [node.volume_ratio for node in network_of(model).nodes] == [1.0, 1.0, 1.0, 2.0]
+    assert a.volume_ratio == 1.0 and network_of(model).nodes[3].volume == b.side_volume
+
+
+def test_a_syringe_that_is_drawn_first_compresses_more(build):
+    drawn = (
+        "pneumatics.nodes.supply={kind: syringe, volume: 10 ml, profile: {kind: table, "
+        "points: [[0 s, 0 ml], [20 ms, -40 ml], [40 ms, 8 ml]]}}"
+    )
+    source = build(SCENE, drawn).pressures[0].source
+    assert source.highest == pytest.approx((101325.0 + 5e3) * 50.0 / 2.0)
+
+
 def test_liquid_is_as_stiff_as_an_added_volume(build):
     model = build(SCENE, LIQUID, "pneumatics.nodes.a.dead_volume=0 ml")
     alone = build(

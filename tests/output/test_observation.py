@@ -167,3 +167,14 @@ def test_the_rotation_of_a_strip_under_shear_is_half_of_the_angle():
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     sheared = square + 1e-6 * np.column_stack([-square[:, 1], np.zeros(4)])
     assert mean_rotation(square, sheared)[0] == pytest.approx(0.5e-6, rel=1e-6)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_the_rotation_of_places_that_are_not_finite_is_not_a_number(dimension):
+    from softsim.output.observation import mean_rotation
+
+    rest = np.random.default_rng(1).normal(size=(5, dimension))
+    for bad in (np.nan, np.inf):
+        now = rest.copy()
+        now[2, 1] = bad
+        assert np.isnan(mean_rotation(rest, now)).all()

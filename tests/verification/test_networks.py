@@ -71,6 +71,18 @@ def test_two_bodies_come_to_one_pressure(history, record_verification):
     assert summary["energy_error"] < 1e-3
 
 
+def test_chamber_of_a_half_model_takes_twice_the_gas(history):
+    """The volume of a node is its chamber's times the ratio, and so is what flows into it."""
+    found, summary = history("pneumatics.nodes.b.volume_ratio=2", "output.history_interval=1 ms")
+    whole, _ = history("output.history_interval=1 ms")
+    tube = 0.5 * np.pi / 4.0 * 1e-6 * 0.2
+    first = [(each["volume_b"][0] - tube) for each in (found, whole)]
+    assert first[0] == pytest.approx(2.0 * first[1], rel=1e-9)
+    flowed = np.cumsum(found["flow_join"][1:] * np.diff(found["time"]))
+    np.testing.assert_allclose(found["content_b"][1:] - found["content_b"][0], flowed, rtol=1e-9)
+    assert summary["energy_error"] < 1e-3
+
+
 def test_liquid_of_a_syringe(history):
     """What the piston displaces is in the chambers, but for the compression of the liquid there."""
     found, summary = history(*LIQUID)
