@@ -178,7 +178,10 @@ def test_in_a_browser_it_shows_pauses_steps_and_obeys(browser: Browser, kernel_c
         assert any("by hand" in text for text in simulation.record.warnings.values())
         waiting.until(lambda driver: re.search(r"t = 0\.00\d+ of 0\.02 s", driver.page_source))
     finally:
+        browser.driver.get("about:blank")
         shown.close()
+        browser.complaints()  # of the page that was left, which are not those of the next test
+        browser.requests()
 
 
 def button_names(browser: Browser) -> list[str]:
