@@ -266,6 +266,9 @@ def in_bodies(
 # A helix is a polygon with so many sides a turn, at least.
 LEAST_SIDES = 8
 
+MOST_BARS = 100_000
+"""Number of bars above which a fibre is refused: its places would not fit in memory."""
+
 
 def fibre(names: Names, name: str) -> Fibre:
     """Return a fibre of a scene.
@@ -318,10 +321,26 @@ def along_corners(names: Names, name: str) -> np.ndarray:
                 f"'{name}' has two successive points at {in_mm(start)}",
                 "leave one of them out",
             )
-        count = max(1, round(length / data.spacing))
+        count = bar_count(names, length, data.spacing, ("fibres", name, "spacing"))
         places += [start + (end - start) * step / count for step in range(1, count)]
         places.append(end)
     return np.array(places)
+
+
+def bar_count(names: Names, length: float, spacing: float, keys: Keys) -> int:
+    """Return the number of bars of about `spacing` [m] on a length [m] of a fibre.
+
+    Raises SceneError above MOST_BARS.
+    """
+    count = length / spacing
+    if not count <= MOST_BARS:
+        raise names.loaded.error(
+            keys,
+            f"a fibre of {length:.4g} m would have {count:.3g} bars; at most {MOST_BARS} are "
+            "possible",
+            "set spacing to about half of the element size, and check the turns of a helix",
+        )
+    return max(1, round(count))
 
 
 def along_helix(names: Names, helix: structural.Helix, spacing: float, keys: Keys) -> np.ndarray:
@@ -344,7 +363,7 @@ def along_helix(names: Names, helix: structural.Helix, spacing: float, keys: Key
             f"{spacing * 1e3:.4g} mm",
             f"set spacing to at most {a_turn / LEAST_SIDES * 1e3:.3g} mm",
         )
-    count = max(1, round(helix.turns * a_turn / spacing))
+    count = bar_count(names, helix.turns * a_turn, spacing, (*keys[:-1], "spacing"))
     turned = helix.turns * np.linspace(0.0, 1.0, count + 1)
     sense = 1.0 if helix.handedness == "right" else -1.0
     angle = helix.start_angle + sense * 2.0 * np.pi * turned

@@ -74,6 +74,8 @@ def test_what_lies_outside_by_less_than_the_tolerance_is_moved(build):
         (SCENE, "points:", "#", "either points or a helix", 6),
         (WOUND, "radius: 1.5 mm", "radius: 2.5 mm", "leaves body 'b' at", 7),
         (WOUND, "spacing: 1 mm", "spacing: 2 mm", "less than 8 bars of 2 mm", 8),
+        (WOUND, "spacing: 1 mm", "spacing: 1 nm", "bars; at most 100000 are possible", 8),
+        (SCENE, "spacing: 1 mm", "spacing: 1 nm", "bars; at most 100000 are possible", 8),
         (WOUND, "pitch: 3 mm", "pitch: -3 mm", "pitch", 7),
         (FLAT, "plain", "plain", "would be a closed sheet around the axis", 6),
     ],
