@@ -338,7 +338,7 @@ def bar_count(names: Names, length: float, spacing: float, keys: Keys) -> int:
             keys,
             f"a fibre of {length:.4g} m would have {count:.3g} bars; at most {MOST_BARS} are "
             "possible",
-            "set spacing to about half of the element size, and check the turns of a helix",
+            "set spacing to about half of the element size; check pitch and turns of a helix",
         )
     return max(1, round(count))
 
