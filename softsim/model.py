@@ -406,6 +406,11 @@ class Model:
         return (self.contact, *(contact for contact in of_structures if contact is not None))
 
     @property
+    def named_loads(self) -> dict[str, Load]:
+        """Loads by name, in order; those that were added to a built model have no name."""
+        return dict(zip(self.load_names, self.loads, strict=False))
+
+    @property
     def pressures(self) -> tuple[FollowerPressure, ...]:
         """Pressures of chambers, in the order of the scene."""
         return self.of_kind(FollowerPressure)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -349,7 +349,7 @@ def driven(
 # it costs a twentieth of the time step at most.
 LIQUID_SHARE = 0.1
 
-Chamber = (
+ChamberLoad = (
     scene_loads.FollowerPressureSpec
     | scene_loads.AddedVolumeSpec
     | scene_loads.AddedGasSpec
@@ -357,28 +357,73 @@ Chamber = (
 )
 
 
-def pressure(loaded: LoadTargets, load: Chamber, keys: Keys) -> FollowerPressure:
+@dataclass(frozen=True)
+class RestingChamber:
+    """Chamber in the shape at rest.
+
+    volume [m^3]: enclosed by its facets. nothing [m^3]: volume up to which it counts as flat.
+    compliance [m^4/kg]: of its surface. stiffest [1/s^2]: largest omega^2 of the model.
+    """
+
+    names: Names
+    keys: Keys
+    volume: float
+    nothing: float
+    compliance: float
+    stiffest: float
+
+    def refuse_inverted(self, least: float) -> None:
+        """Raise SceneError if the facets enclose a volume below `least` [m^3]."""
+        if self.volume < least:
+            raise self.names.loaded.error(
+                (*self.keys, "facets"),
+                f"the facets enclose {self.volume * 1e6:.4g} ml: they face away from the chamber, "
+                "or are flat",
+                "name the facets of the body that touch the liquid or gas",
+            )
+
+    def liquid_modulus(self) -> float:
+        """Return the bulk modulus [Pa] of a liquid, as large as the time step allows.
+
+        It adds at most the fraction LIQUID_SHARE to `stiffest`.
+        """
+        if self.compliance == 0.0:
+            raise self.names.loaded.error(
+                (*self.keys, "facets"),
+                "no node of the chamber can move, so the volume of the liquid cannot change",
+                "name facets of a body that can deform",
+            )
+        return LIQUID_SHARE * self.stiffest * self.volume / self.compliance
+
+    def room_beside(self, filled: float, dead: float, excluded: float) -> float:
+        """Return the gas volume [m^3] beside a chamber that is filled by `filled`: dead - excluded.
+
+        Raises SceneError if the total volume is not larger than `nothing`.
+        """
+        side = dead - excluded
+        if filled + side <= self.nothing:
+            raise self.names.loaded.error(
+                self.keys,
+                f"the chamber holds {filled * 1e6:.4g} ml, of which {excluded * 1e6:.4g} ml are "
+                f"excluded, and the dead volume is {dead * 1e6:.4g} ml: no volume is left for the "
+                "gas",
+                "give the dead volume of the line, or a smaller excluded_volume",
+            )
+        return side
+
+
+def pressure(loaded: LoadTargets, load: ChamberLoad, keys: Keys) -> FollowerPressure:
     """Return the follower pressure on the facets of a chamber."""
-
-    def source(volume: float, nothing: float, compliance: float) -> PressureSource:
-        return pressure_source(
-            loaded.names, load, volume, nothing, loaded.stiffest, compliance, keys
-        )
-
-    return chamber_pressure(loaded, load, source, keys)
+    return chamber_pressure(loaded, load, partial(SOURCES[type(load)], load), keys)
 
 
 def chamber_pressure(
     loaded: LoadTargets,
-    load: scene_loads.FollowerPressureSpec | scene_loads.ChamberSpec,
-    source: Callable[[float, float, float], PressureSource],
+    load: ChamberLoad | NetworkChamberSpec,
+    source: Callable[[RestingChamber], PressureSource],
     keys: Keys,
 ) -> FollowerPressure:
-    """Return the follower pressure on the facets of a chamber.
-
-    source: makes the pressure source of the volume of the chamber at rest [m^3], the volume that
-    counts as none, and the compliance of its surface [m^4/kg].
-    """
+    """Return the follower pressure on the facets of a chamber; source: returns its source."""
     names, points, is_free = loaded.names, loaded.points, loaded.is_free
     facets = joined_facets(names, load.facets, keys)
     geometry = common_geometry(names, facets, keys)
@@ -402,66 +447,39 @@ def chamber_pressure(
     if abs(volume) <= nothing:
         volume = 0.0
     compliance = chamber_compliance(geometry, facets, points, loaded.mass, is_free)
-    fed = source(volume, nothing, compliance)
+    fed = source(RestingChamber(names, keys, volume, nothing, compliance, loaded.stiffest))
     return FollowerPressure(str(keys[-1]), facets, closing, geometry, fed, body, area)
 
 
-def pressure_source(
-    names: Names,
-    load: Chamber,
-    volume: float,
-    nothing: float,
-    stiffest: float,
-    compliance: float,
-    keys: Keys,
+def follower_source(
+    load: scene_loads.FollowerPressureSpec, chamber: RestingChamber
 ) -> PressureSource:
-    """Return the pressure source of a chamber of this volume [m^3] at rest.
+    """Return the pressure of a profile, or of a control by events."""
+    scale = GaugeScale(load.on_skin, load.factor, load.offset)
+    return set_point(chamber.names, load.profile, scale, chamber.keys)
 
-    A volume up to `nothing` [m^3] counts as none. A liquid adds at most the fraction LIQUID_SHARE
-    to `stiffest`, the largest omega^2 [1/s^2] at rest, in a chamber of this `compliance` [m^4/kg].
-    """
-    if isinstance(load, scene_loads.FollowerPressureSpec):
-        scale = GaugeScale(load.on_skin, load.factor, load.offset)
-        return set_point(names, load.profile, scale, keys)
-    # A gas may start in a flat chamber, if its line has room; a liquid needs a volume to refer to.
-    least = nothing if isinstance(load, scene_loads.AddedVolumeSpec) else -nothing
-    refuse_inverted(names, volume, least, keys)
-    if isinstance(load, scene_loads.Pneumatic):
-        return air_line(names, load, volume, nothing, keys)
+
+def added_volume(load: scene_loads.AddedVolumeSpec, chamber: RestingChamber) -> AddedVolume:
+    """Return the liquid of a chamber, which must have a volume at rest."""
+    chamber.refuse_inverted(chamber.nothing)
+    names, keys, volume = chamber.names, chamber.keys, chamber.volume
     profile = over_the_run(names, load.profile, keys)
-    if isinstance(load, scene_loads.AddedGasSpec):
-        side = room_beside(names, load, volume, load.dead_volume, nothing, keys)
-        specific_energy = load.gas_constant * load.temperature
-        gas = AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
-        refuse_emptied(names, gas, f"{gas.initial_mass * 1e6:.4g} mg of gas", keys)
-        return gas
-    liquid = AddedVolume(profile, volume, liquid_modulus(names, volume, stiffest, compliance, keys))
+    liquid = AddedVolume(profile, volume, chamber.liquid_modulus())
     refuse_emptied(names, liquid, f"{volume * 1e6:.4g} ml", keys)
     return liquid
 
 
-def refuse_inverted(names: Names, volume: float, least: float, keys: Keys) -> None:
-    """Raise SceneError if facets enclose a volume below `least` [m^3]."""
-    if volume < least:
-        raise names.loaded.error(
-            (*keys, "facets"),
-            f"the facets enclose {volume * 1e6:.4g} ml: they face away from the chamber, or are "
-            "flat",
-            "name the facets of the body that touch the liquid or gas",
-        )
-
-
-def liquid_modulus(
-    names: Names, volume: float, stiffest: float, compliance: float, keys: Keys
-) -> float:
-    """Return the bulk modulus [Pa] of the liquid in a chamber; arguments as `pressure_source`."""
-    if compliance == 0.0:
-        raise names.loaded.error(
-            (*keys, "facets"),
-            "no node of the chamber can move, so the volume of the liquid cannot change",
-            "name facets of a body that can deform",
-        )
-    return LIQUID_SHARE * stiffest * volume / compliance
+def added_gas(load: scene_loads.AddedGasSpec, chamber: RestingChamber) -> AddedGas:
+    """Return the gas of a chamber, which may be flat at rest if there is a dead volume."""
+    chamber.refuse_inverted(-chamber.nothing)
+    names, keys, volume = chamber.names, chamber.keys, chamber.volume
+    profile = over_the_run(names, load.profile, keys)
+    side = chamber.room_beside(volume, load.dead_volume, load.excluded_volume)
+    gas = AddedGas(
+        profile, volume, side, load.gas_constant * load.temperature, load.ambient_pressure
+    )
+    refuse_emptied(names, gas, f"{gas.initial_mass * 1e6:.4g} mg of gas", keys)
+    return gas
 
 
 def refuse_emptied(names: Names, filling: AddedVolume | AddedGas, held: str, keys: Keys) -> None:
@@ -485,38 +503,10 @@ def set_point(names: Names, profile: PressureProfile, scale: GaugeScale, keys: K
     return PrescribedPressure.at_gauge(over_the_run(names, profile, keys), scale)
 
 
-def room_beside(
-    names: Names,
-    load: scene_loads.AddedGasSpec | scene_loads.Pneumatic | NetworkChamberSpec,
-    volume: float,
-    dead: float,
-    nothing: float,
-    keys: Keys,
-) -> float:
-    """Return the gas volume [m^3] beside a chamber of `volume` [m^3].
-
-    It is `dead` minus the excluded volume. Raises SceneError if the total volume is not larger than
-    `nothing` [m^3].
-    """
-    side = dead - load.excluded_volume
-    if volume + side <= nothing:
-        raise names.loaded.error(
-            keys,
-            f"the chamber holds {volume * 1e6:.4g} ml, of which {load.excluded_volume * 1e6:.4g} "
-            f"ml are excluded, and the dead volume is {dead * 1e6:.4g} ml: no volume is left "
-            "for the gas",
-            "give the dead volume of the line, or a smaller excluded_volume",
-        )
-    return side
-
-
-def air_line(
-    names: Names, load: scene_loads.Pneumatic, volume: float, nothing: float, keys: Keys
-) -> AirLine:
-    """Return the pump, valve and tube of a chamber of this volume [m^3] at rest.
-
-    A volume of gas up to `nothing` [m^3] counts as none.
-    """
+def air_line(load: scene_loads.Pneumatic, chamber: RestingChamber) -> AirLine:
+    """Return the pump, valve and tube of a chamber, which may be flat at rest."""
+    chamber.refuse_inverted(-chamber.nothing)
+    names, keys = chamber.names, chamber.keys
     if names.scene.time.procedure == "static":
         raise names.loaded.error(
             keys,
@@ -526,7 +516,8 @@ def air_line(
         )
     tube = Tube(load.tube.length, load.tube.bore, load.tube.viscosity)
     dead = load.dead_volume + 0.5 * tube.volume
-    side = room_beside(names, load, load.volume_ratio * volume, dead, nothing, keys)
+    filled = load.volume_ratio * chamber.volume
+    side = chamber.room_beside(filled, dead, load.excluded_volume)
     shown = set_point(names, load.profile, GaugeScale(), keys)
     highest = shown.highest + load.band
     if load.pump.stall <= highest:
@@ -541,13 +532,20 @@ def air_line(
     density = ambient / energy
     squares = (ambient + load.valve.pressure) ** 2 - ambient**2
     return AirLine(
-        set_point=shown, initial_volume=volume, volume_ratio=load.volume_ratio,
+        set_point=shown, initial_volume=chamber.volume, volume_ratio=load.volume_ratio,
         side_volume=side, line_volume=load.line_volume + 0.5 * tube.volume,
         specific_energy=energy, ambient_pressure=ambient, tube=tube,
         valve=density * load.valve.flow / squares, pump_flow=density * load.pump.flow,
         stall=load.pump.stall, band=load.band,
     )  # fmt: skip
 
+
+SOURCES: dict[type, Callable[[Any, RestingChamber], PressureSource]] = {
+    scene_loads.FollowerPressureSpec: follower_source,
+    scene_loads.AddedVolumeSpec: added_volume,
+    scene_loads.AddedGasSpec: added_gas,
+    scene_loads.Pneumatic: air_line,
+}
 
 BUILDERS: dict[type, Callable[[LoadTargets, Any, Keys], Load]] = {
     scene_loads.FollowerPressureSpec: pressure,

@@ -1,25 +1,22 @@
 """Pneumatic and hydraulic networks, and the chambers that they feed."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from softsim.builder.conditions import over_the_run
 from softsim.builder.loads import (
     LoadTargets,
+    RestingChamber,
     chamber_pressure,
-    liquid_modulus,
-    refuse_inverted,
-    room_beside,
 )
 from softsim.builder.names import Names, close_names
 from softsim.loads.load import Load
 from softsim.loads.network import (
     AMBIENT,
     LEAST_VOLUME,
-    NO_SUPPLY,
-    NOTHING,
     Fluid,
     Network,
     NetworkChamber,
@@ -27,11 +24,10 @@ from softsim.loads.network import (
     NetworkNode,
     Supply,
 )
-from softsim.loads.pressure import ATMOSPHERE, FollowerPressure, PressureSource
+from softsim.loads.pressure import ATMOSPHERE, FollowerPressure
 from softsim.loads.profile import Profile, constant
 from softsim.scene.outputs import probe_columns
 from softsim.scene.pneumatics import (
-    EdgeSpec,
     GasSpec,
     LiquidSpec,
     NetworkChamberSpec,
@@ -63,17 +59,24 @@ def built_network(loaded: LoadTargets, others: Mapping[str, Load]) -> dict[str, 
     refuse_static(names)
     ends = {name: ends_of(names, given, name) for name in given.edges}
     refuse_isolated(names, given, ends)
-    made = _Making(loaded, given, tube_volumes(given, ends))
+    made = _Making(loaded, FLUIDS[type(given.fluid)](given.fluid))
+    nodes = {name: NODES[type(spec)](made, name, spec) for name, spec in given.nodes.items()}
+    edges = tuple(EDGES[type(e)](made, name, e, ends[name]) for name, e in given.edges.items())
+    tubes = tube_volumes(given, ends)
     chambers = {
-        f"pneumatics.{name}": made.chamber(name, node)
-        for name, node in given.nodes.items()
-        if isinstance(node, NetworkChamberSpec)
+        f"pneumatics.{name}": made.chamber_pressure(name, spec, tubes[name], nodes.values())
+        for name, spec in given.nodes.items()
+        if isinstance(spec, NetworkChamberSpec)
     }
     refuse_shared(names, chambers, others)
-    nodes = tuple(made.node(name, chambers.get(f"pneumatics.{name}")) for name in given.nodes)
-    edges = tuple(made.edge(name, edge, ends[name]) for name, edge in given.edges.items())
-    numbers = tuple(list(given.nodes).index(chamber.name) for chamber in chambers.values())
-    network = Network(made.fluid, nodes, edges, numbers, tuple(chambers))
+    for name, node in nodes.items():
+        volume = max(node.volume + tubes[name], LEAST_VOLUME)
+        nodes[name] = replace(node, volume=volume, compliance=volume / made.fluid.bulk_modulus)
+    for chamber in chambers.values():
+        assert isinstance(chamber.source, NetworkChamber)
+        nodes[chamber.name] = chamber.source.node
+    numbers = tuple(list(nodes).index(chamber.name) for chamber in chambers.values())
+    network = Network(made.fluid, tuple(nodes.values()), edges, numbers, tuple(chambers))
     refuse_same_columns(names, network)
     return {**chambers, "pneumatics": network}
 
@@ -151,13 +154,13 @@ def refuse_same_columns(names: Names, network: Network) -> None:
                 )
 
 
-def tube_volumes(given: Pneumatics, ends: Mapping[str, tuple[int, int]]) -> np.ndarray:
-    """Return the volume [m^3] that half of each tube adds to the nodes (n + 1,)."""
+def tube_volumes(given: Pneumatics, ends: Mapping[str, tuple[int, int]]) -> dict[str, float]:
+    """Return the volume [m^3] that half of each tube adds to the nodes, by name."""
     volumes = np.zeros(len(given.nodes) + 1)
     for name, edge in given.edges.items():
         if isinstance(edge, TubeSpec):
             volumes[list(ends[name])] += 0.125 * np.pi * edge.bore**2 * edge.length
-    return volumes
+    return dict(zip(given.nodes, volumes.tolist(), strict=False))  # without the surroundings
 
 
 def refuse_shared(
@@ -185,139 +188,101 @@ def refuse_shared(
             owners[facet] = chamber.name
 
 
+def gas(spec: GasSpec) -> Fluid:
+    """Return a gas."""
+    return Fluid(True, spec.ambient_pressure, spec.viscosity)
+
+
+def liquid(spec: LiquidSpec) -> Fluid:
+    """Return a liquid."""
+    return Fluid(False, ATMOSPHERE, spec.viscosity, spec.bulk_modulus)
+
+
 @dataclass(frozen=True)
 class _Making:
-    """Translation of the nodes and edges of a network; tubes: volumes by node [m^3]."""
+    """Translation of the nodes and edges of a network."""
 
     loaded: LoadTargets
-    given: Pneumatics
-    tubes: np.ndarray
+    fluid: Fluid
 
     @property
     def names(self) -> Names:
         return self.loaded.names
 
-    @property
-    def fluid(self) -> Fluid:
-        fluid = self.given.fluid or GasSpec(kind="gas")
-        ambient = fluid.ambient_pressure if isinstance(fluid, GasSpec) else ATMOSPHERE
-        return Fluid(isinstance(fluid, GasSpec), ambient, fluid.viscosity)
+    def chamber(self, name: str, spec: NetworkChamberSpec) -> NetworkNode:
+        """Return a chamber without what depends on its mesh and on the other nodes."""
+        return NetworkNode(name, spec.dead_volume, volume_ratio=spec.volume_ratio)
 
-    def chamber(self, name: str, node: NetworkChamberSpec) -> FollowerPressure:
-        """Return the pressure on the facets of a chamber."""
-        keys = (*PLACE, "nodes", name)
-        tube = self.tubes[list(self.given.nodes).index(name)]
-        fluid, names = self.fluid, self.names
+    def vessel(self, name: str, spec: VesselSpec) -> NetworkNode:
+        """Return a rigid volume."""
+        self.refuse_below_vacuum(spec.pressure, name, "pressure")
+        return NetworkNode(name, spec.volume, spec.pressure)
 
-        def source(volume: float, nothing: float, compliance: float) -> PressureSource:
-            refuse_inverted(names, volume, -nothing if fluid.is_gas else nothing, keys)
-            filled = node.volume_ratio * volume
-            side = room_beside(names, node, filled, node.dead_volume + tube, nothing, keys)
-            elastic = 0.0
-            if not fluid.is_gas:
-                stiffest = self.loaded.stiffest
-                elastic = filled / liquid_modulus(names, volume, stiffest, compliance, keys)
-            return NetworkChamber(
-                name, volume, side, fluid.ambient_pressure, self.highest, elastic, self.supplies,
-                node.volume_ratio,
-            )  # fmt: skip
+    def regulator(self, name: str, spec: RegulatorSpec) -> NetworkNode:
+        """Return a regulator, which delivers below its set pressure."""
+        wanted = self.profile(spec.profile, name, "profile")
+        self.refuse_below_vacuum(float(wanted.values.min()), name, "profile")
+        least = -1.0 if spec.relieving else 0.0
+        supply = Supply(spec.flow, wanted, spec.droop, least, 1.0, ALWAYS)
+        return NetworkNode(name, spec.volume, supply=supply)
 
-        return chamber_pressure(self.loaded, node, source, keys)
+    def pump(self, name: str, spec: NetworkPumpSpec) -> NetworkNode:
+        """Return a pump, whose flow falls from that at ambient pressure to zero at its stall."""
+        self.refuse_below_vacuum(spec.stall, name, "stall")
+        running = self.fraction(spec.running, (*PLACE, "nodes", name, "running"))
+        least, most = (0.0, 1.0) if spec.stall > 0.0 else (-1.0, 0.0)
+        stall = Profile(np.array([0.0]), np.array([spec.stall]))
+        supply = Supply(spec.flow, stall, abs(spec.stall), least, most, running)
+        return NetworkNode(name, spec.volume, supply=supply)
 
-    @property
-    def highest(self) -> float:
-        """Largest absolute pressure [Pa] that sources, vessels and pistons can produce."""
-        ambient, compression = self.fluid.ambient_pressure, 1.0
-        pressures = [0.0]
-        for name, node in self.given.nodes.items():
-            if isinstance(node, VesselSpec):
-                pressures.append(node.pressure)
-            if isinstance(node, RegulatorSpec):
-                pressures.append(float(self.profile(node.profile, name, "profile").values.max()))
-            if isinstance(node, NetworkPumpSpec):
-                pressures.append(node.stall)
-            if isinstance(node, SyringeSpec):
-                displaced = self.displaced(name, node).values
-                volumes = node.volume - displaced.min(), node.volume - displaced.max()
-                compression = max(compression, volumes[0] / volumes[1])
-        return (ambient + max(pressures)) * compression
+    def syringe(self, name: str, spec: SyringeSpec) -> NetworkNode:
+        """Return a syringe, whose piston displaces less than its volume."""
+        displaced = self.profile(spec.profile, name, "profile")
+        most = float(displaced.values.max())
+        if most >= spec.volume:
+            raise self.names.loaded.error(
+                (*PLACE, "nodes", name, "profile"),
+                f"the piston displaces {1e6 * most:.4g} ml, but the syringe holds "
+                f"{1e6 * spec.volume:.4g} ml at the start",
+                "displace less than it holds, or make the syringe larger",
+            )
+        return NetworkNode(name, spec.volume, displaced=displaced)
 
-    @property
-    def supplies(self) -> int:
-        """Number of nodes that can raise or lower the pressure."""
-        sources = (RegulatorSpec, NetworkPumpSpec, SyringeSpec)
-        nodes = self.given.nodes.values()
-        return sum(
-            isinstance(n, sources) or (isinstance(n, VesselSpec) and n.pressure != 0.0)
-            for n in nodes
-        )
+    def tube(self, name: str, spec: TubeSpec, ends: tuple[int, int]) -> NetworkEdge:
+        """Return a tube, which is always open."""
+        conductance = self.fluid.tube_conductance(spec.length, spec.bore)
+        return NetworkEdge(name, ends, conductance, ALWAYS, 0.0)
+
+    def valve(self, name: str, spec: ValveSpec, ends: tuple[int, int]) -> NetworkEdge:
+        """Return a valve."""
+        conductance = self.fluid.valve_conductance(spec.flow, spec.pressure)
+        opening = self.fraction(spec.opening, (*PLACE, "edges", name, "opening"))
+        return NetworkEdge(name, ends, conductance, opening, spec.pulses or 0.0)
+
+    def chamber_pressure(
+        self, name: str, spec: NetworkChamberSpec, tubes: float, nodes: Collection[NetworkNode]
+    ) -> FollowerPressure:
+        """Return the pressure on the facets of a chamber.
+
+        tubes [m^3]: volume that the tubes at it add. nodes: all nodes of the network.
+        """
+        fluid, sources = self.fluid, sum(node.is_source for node in nodes)
+        highest = fluid.ambient_pressure + max(node.highest_pressure for node in nodes)
+        highest *= max(node.compression for node in nodes)
+
+        def source(chamber: RestingChamber) -> NetworkChamber:
+            chamber.refuse_inverted(-chamber.nothing if fluid.is_gas else chamber.nothing)
+            filled = spec.volume_ratio * chamber.volume
+            side = chamber.room_beside(filled, spec.dead_volume + tubes, spec.excluded_volume)
+            elastic = 0.0 if fluid.is_gas else filled / chamber.liquid_modulus()
+            node = NetworkNode(name, side, compliance=elastic, volume_ratio=spec.volume_ratio)
+            return NetworkChamber(node, chamber.volume, fluid.ambient_pressure, highest, sources)
+
+        return chamber_pressure(self.loaded, spec, source, (*PLACE, "nodes", name))
 
     def profile(self, data: Spec, name: str, key: str) -> Profile:
         """Return a profile of a node over time [s] of the whole run."""
         return over_the_run(self.names, data, (*PLACE, "nodes", name, key))
-
-    def displaced(self, name: str, node: SyringeSpec) -> Profile:
-        """Return the volume that the piston of a syringe displaces."""
-        found = self.profile(node.profile, name, "profile")
-        most = float(found.values.max())
-        if most >= node.volume:
-            raise self.names.loaded.error(
-                (*PLACE, "nodes", name, "profile"),
-                f"the piston displaces {1e6 * most:.4g} ml, but the syringe holds "
-                f"{1e6 * node.volume:.4g} ml at the start",
-                "displace less than it holds, or make the syringe larger",
-            )
-        return found
-
-    def node(self, name: str, chamber: FollowerPressure | None) -> NetworkNode:
-        """Return a node; chamber: its pressure on facets, if it is one."""
-        node = self.given.nodes[name]
-        number = list(self.given.nodes).index(name)
-        own = 0.0 if isinstance(node, NetworkChamberSpec) else node.volume
-        volume = max(own + self.tubes[number], LEAST_VOLUME)
-        compliance = 0.0
-        if isinstance(self.given.fluid, LiquidSpec):
-            compliance = volume / self.given.fluid.bulk_modulus
-        volume_ratio = 1.0
-        if chamber is not None:
-            assert isinstance(chamber.source, NetworkChamber)
-            volume, compliance = chamber.source.side_volume, chamber.source.compliance
-            volume_ratio = chamber.source.volume_ratio
-        supply = self.supply(name)
-        piston = self.displaced(name, node) if isinstance(node, SyringeSpec) else None
-        pressure = node.pressure if isinstance(node, VesselSpec) else 0.0
-        self.refuse_below_vacuum(pressure, name, "pressure")
-        return NetworkNode(
-            name, volume, pressure, compliance, supply is not None, supply or NO_SUPPLY,
-            piston is not None, piston or NOTHING, volume_ratio,
-        )  # fmt: skip
-
-    def refuse_below_vacuum(self, pressure: float, name: str, key: str) -> None:
-        """Raise SceneError for a pressure [Pa] of a node that no fluid can have."""
-        vacuum = -self.fluid.ambient_pressure
-        if pressure <= vacuum:
-            raise self.names.loaded.error(
-                (*PLACE, "nodes", name, key),
-                f"{1e-3 * pressure:.4g} kPa is below vacuum",
-                f"write more than {1e-3 * vacuum:.4g} kPa",
-            )
-
-    def supply(self, name: str) -> Supply | None:
-        """Return what a regulator or pump delivers; None for other nodes."""
-        node = self.given.nodes[name]
-        if isinstance(node, RegulatorSpec):
-            wanted = self.profile(node.profile, name, "profile")
-            self.refuse_below_vacuum(float(wanted.values.min()), name, "profile")
-            least = -1.0 if node.relieving else 0.0
-            return Supply(node.flow, wanted, node.droop, least, 1.0, ALWAYS)
-        if isinstance(node, NetworkPumpSpec):
-            self.refuse_below_vacuum(node.stall, name, "stall")
-            keys = (*PLACE, "nodes", name, "running")
-            running = self.fraction(node.running, keys)
-            least, most = (0.0, 1.0) if node.stall > 0.0 else (-1.0, 0.0)
-            stall = Profile(np.array([0.0]), np.array([node.stall]))
-            return Supply(node.flow, stall, abs(node.stall), least, most, running)
-        return None
 
     def fraction(self, data: FactorProfile | None, keys: Keys) -> Profile:
         """Return a fraction over time, 1 by default; raise SceneError if it is not within 0 to 1"""
@@ -331,11 +296,26 @@ class _Making:
             )
         return found
 
-    def edge(self, name: str, edge: EdgeSpec, ends: tuple[int, int]) -> NetworkEdge:
-        """Return a tube or valve."""
-        if isinstance(edge, ValveSpec):
-            conductance = self.fluid.valve_conductance(edge.flow, edge.pressure)
-            opening = self.fraction(edge.opening, (*PLACE, "edges", name, "opening"))
-            return NetworkEdge(name, ends, conductance, opening, edge.pulses or 0.0)
-        conductance = self.fluid.tube_conductance(edge.length, edge.bore)
-        return NetworkEdge(name, ends, conductance, ALWAYS, 0.0)
+    def refuse_below_vacuum(self, pressure: float, name: str, key: str) -> None:
+        """Raise SceneError for a pressure [Pa] of a node that no fluid can have."""
+        vacuum = -self.fluid.ambient_pressure
+        if pressure <= vacuum:
+            raise self.names.loaded.error(
+                (*PLACE, "nodes", name, key),
+                f"{1e-3 * pressure:.4g} kPa is below vacuum",
+                f"write more than {1e-3 * vacuum:.4g} kPa",
+            )
+
+
+FLUIDS: dict[type, Callable[[Any], Fluid]] = {GasSpec: gas, LiquidSpec: liquid}
+NODES: dict[type, Callable[[_Making, str, Any], NetworkNode]] = {
+    NetworkChamberSpec: _Making.chamber,
+    VesselSpec: _Making.vessel,
+    RegulatorSpec: _Making.regulator,
+    NetworkPumpSpec: _Making.pump,
+    SyringeSpec: _Making.syringe,
+}
+EDGES: dict[type, Callable[[_Making, str, Any, tuple[int, int]], NetworkEdge]] = {
+    TubeSpec: _Making.tube,
+    ValveSpec: _Making.valve,
+}

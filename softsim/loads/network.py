@@ -39,7 +39,7 @@ from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, real_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, PerScenario, Stage, Term
-from softsim.errors import SimulationError, StabilityError
+from softsim.errors import StabilityError
 from softsim.loads.load import Load
 from softsim.loads.pressure import (
     VOLUME_COLUMN,
@@ -73,12 +73,13 @@ ROUND_OFF = 1e-15
 class Fluid:
     """Gas or liquid of a network.
 
-    ambient_pressure: p_a [Pa]. viscosity: mu [Pa s].
+    ambient_pressure: p_a [Pa]. viscosity: mu [Pa s]. bulk_modulus: kappa_f of a liquid [Pa].
     """
 
     is_gas: bool
     ambient_pressure: PerScenario[float]
     viscosity: PerScenario[float]
+    bulk_modulus: PerScenario[float] = np.inf
 
     @property
     def reference(self) -> float:
@@ -107,11 +108,11 @@ class Supply:
     over Q; a negative one lets the fluid out. running: r over time.
     """
 
-    flow: float
+    flow: PerScenario[float]
     set_pressure: Profile
-    droop: float
-    least: float
-    most: float
+    droop: PerScenario[float]
+    least: PerScenario[float]
+    most: PerScenario[float]
     running: Profile
 
     def time_scaled(self, factor: float) -> "Supply":
@@ -122,35 +123,56 @@ class Supply:
         )  # fmt: skip
 
 
-NOTHING = Profile(np.array([0.0]), np.array([0.0]))
-NO_SUPPLY = Supply(0.0, NOTHING, 1.0, 0.0, 0.0, NOTHING)
-
-
 @dataclass(frozen=True)
 class NetworkNode:
     """Volume of a network with one pressure.
 
     volume [m^3]: without that of a chamber's surface, which the mesh adds. pressure: at the start,
-    above ambient [Pa]. compliance: V_0 / kappa_f of a liquid [m^3/Pa]; 0 for a gas. displaced: the
-    volume that a piston takes away [m^3 over s]. volume_ratio: true volume of a chamber over that
-    of its surface. has_supply and has_piston are the same in all scenarios of a batch.
+    above ambient [Pa]. compliance: V_0 / kappa_f of a liquid [m^3/Pa]; 0 for a gas. supply: of a
+    regulator or pump. displaced: the volume that a piston takes away [m^3 over s]. volume_ratio:
+    true volume of a chamber over that of its surface.
     """
 
     name: PerScenario[str]
     volume: PerScenario[float]
-    pressure: PerScenario[float]
-    compliance: PerScenario[float]
-    has_supply: bool
-    supply: PerScenario[Supply]
-    has_piston: bool
-    displaced: PerScenario[Profile]
+    pressure: PerScenario[float] = 0.0
+    compliance: PerScenario[float] = 0.0
+    supply: Supply | None = None
+    displaced: Profile | None = None
     volume_ratio: PerScenario[float] = 1.0
+
+    @property
+    def is_source(self) -> bool:
+        """True if the node can raise or lower the pressure of the network."""
+        return self.supply is not None or self.displaced is not None or self.pressure != 0.0
+
+    @property
+    def highest_pressure(self) -> float:
+        """Largest pressure above ambient [Pa] at the start and from the supply, at least 0."""
+        supplied = 0.0 if self.supply is None else float(self.supply.set_pressure.values.max())
+        return max(0.0, self.pressure, supplied)
+
+    @property
+    def compression(self) -> float:
+        """Largest ratio of two volumes that the piston gives to the node; 1 without one."""
+        if self.displaced is None:
+            return 1.0
+        taken = self.displaced.values
+        return float((self.volume - taken.min()) / (self.volume - taken.max()))
+
+    @property
+    def profiles(self) -> list[Profile]:
+        """Everything that the node does over time."""
+        found = [] if self.displaced is None else [self.displaced]
+        if self.supply is not None:
+            found += [self.supply.set_pressure, self.supply.running]
+        return found
 
     def time_scaled(self, factor: float) -> "NetworkNode":
         """Return the node with its supply and piston `factor` times as fast."""
         return replace(
-            self, supply=self.supply.time_scaled(factor),
-            displaced=self.displaced.time_scaled(factor),
+            self, supply=self.supply and self.supply.time_scaled(factor),
+            displaced=self.displaced and self.displaced.time_scaled(factor),
         )  # fmt: skip
 
 
@@ -199,7 +221,7 @@ class Network(Load):
         for k, node in enumerate(self.nodes):
             found |= {self.pressure_column(k): "Pa"}
             found |= {f"volume_{node.name}": "m^3", f"content_{node.name}": "m^3"}
-            if node.has_supply:
+            if k in self.supplies:
                 found[f"supply_{node.name}"] = "m^3/s"  # mean since the last row
         return found | {f"flow_{edge.name}": "m^3/s" for edge in self.edges}  # the same
 
@@ -209,10 +231,20 @@ class Network(Load):
         return f"{prefix}{self.nodes[number].name}"
 
     @property
+    def supplies(self) -> dict[int, Supply]:
+        """Regulators and pumps by the numbers of their nodes."""
+        return {k: n.supply for k, n in enumerate(self.nodes) if n.supply is not None}
+
+    @property
+    def pistons(self) -> dict[int, Profile]:
+        """Volumes displaced by pistons [m^3 over s] by the numbers of their nodes."""
+        return {k: n.displaced for k, n in enumerate(self.nodes) if n.displaced is not None}
+
+    @property
     def last_change(self) -> float:
         profiles = [edge.opening for edge in self.edges]
         for node in self.nodes:
-            profiles += [node.supply.set_pressure, node.supply.running, node.displaced]
+            profiles += node.profiles
         return max(float(profile.times[-1]) for profile in profiles)
 
     def time_scaled(self, factor: float) -> "Network":
@@ -231,20 +263,15 @@ class Network(Load):
 class NetworkChamber(PressureSource):
     """Pressure source of a chamber that is a node of a network.
 
-    initial_volume [m^3]: of the chamber's surface. side_volume [m^3]: beside it. highest: largest
-    absolute pressure [Pa] of the gas in the run. compliance: V_0 / kappa_f of a liquid, 0 for a
-    gas. supplies: number of regulators, pumps, pistons and filled vessels of the network.
-    volume_ratio: true volume of the chamber over that of its surface.
+    initial_volume [m^3]: of the chamber's surface. highest: largest absolute pressure [Pa] of the
+    gas in the run. sources: number of regulators, pumps, pistons and filled vessels of the network.
     """
 
-    name: PerScenario[str]
+    node: NetworkNode
     initial_volume: PerScenario[float]
-    side_volume: PerScenario[float]
     ambient_pressure: PerScenario[float]
     highest: PerScenario[float]
-    compliance: PerScenario[float]
-    supplies: int
-    volume_ratio: PerScenario[float]
+    sources: int
 
     needs_volume = True
     can_be_set = False
@@ -265,7 +292,7 @@ class NetworkChamber(PressureSource):
 
     @property
     def gas_outside(self) -> float:
-        return self.side_volume
+        return self.node.volume
 
     @property
     def peak(self) -> str:
@@ -288,23 +315,21 @@ class NetworkChamber(PressureSource):
         return np.nan
 
     def with_profile(self, profile: Profile) -> "NetworkChamber":
-        """Raise SimulationError: the network sets the pressure."""
-        raise SimulationError(
-            f"the pressure of '{self.name}' follows from the network, so it cannot be set",
-            hint="load the chamber by follower_pressure, added_volume or added_gas",
-        )
+        """Raise TypeError: the network sets the pressure."""
+        raise TypeError("the pressure of a chamber of a network cannot be set")
 
     def time_scaled(self, factor: float) -> "NetworkChamber":
         return self
 
     def stiffness(self, volume: float) -> float:
         """Return -dp/dV [Pa/m^3] of the chamber without its edges, at the highest pressure."""
-        if self.compliance > 0.0:
-            return self.volume_ratio / self.compliance
-        return self.volume_ratio * self.highest / (self.volume_ratio * volume + self.side_volume)
+        ratio = self.node.volume_ratio
+        if self.node.compliance > 0.0:
+            return ratio / self.node.compliance
+        return ratio * self.highest / (ratio * volume + self.node.volume)
 
     def warnings(self) -> dict[str, str]:
-        if self.supplies:
+        if self.sources:
             return {}
         return {
             "supply": "the network has no regulator, pump, syringe or filled vessel, so it is at "
@@ -344,16 +369,19 @@ class NetworkTerm(Term):
         self.is_gas = first.fluid.is_gas
         self.chambers: list[FollowerPressureTerm] = []
         self.chamber_nodes = list(first.chamber_nodes)
-        self.supplied_nodes = [k for k, node in enumerate(first.nodes) if node.has_supply]
-        self.piston_nodes = [k for k, node in enumerate(first.nodes) if node.has_piston]
+        self.supplied_nodes = list(first.supplies)
+        self.piston_nodes = list(first.pistons)
         n, e, count = self.node_count, self.edge_count, len(scenarios)
 
         def of_nodes(name: str) -> ti.ScalarField:
             return real_field(np.array([[getattr(x, name) for x in d.nodes] for d in scenarios]))
 
         def of_supplies(name: str) -> ti.ScalarField:
-            values = [[getattr(x.supply, name) for x in d.nodes] for d in scenarios]
-            return real_field(np.array(values))
+            values = np.zeros((count, n))
+            for s, network in enumerate(scenarios):
+                for k, supply in network.supplies.items():
+                    values[s, k] = getattr(supply, name)
+            return real_field(values)
 
         self.rigid_volume = of_nodes("volume")
         self.starting_pressure = of_nodes("pressure")
@@ -364,15 +392,14 @@ class NetworkTerm(Term):
         self.least = of_supplies("least")
         self.most = of_supplies("most")
         self.set_pressure = [
-            ProfileTable([d.nodes[k].supply.set_pressure for d in scenarios])
+            ProfileTable([d.supplies[k].set_pressure for d in scenarios])
             for k in self.supplied_nodes
         ]
         self.running = [
-            ProfileTable([d.nodes[k].supply.running for d in scenarios])
-            for k in self.supplied_nodes
+            ProfileTable([d.supplies[k].running for d in scenarios]) for k in self.supplied_nodes
         ]
         self.displaced = [
-            ProfileTable([d.nodes[k].displaced for d in scenarios]) for k in self.piston_nodes
+            ProfileTable([d.pistons[k] for d in scenarios]) for k in self.piston_nodes
         ]
         self.reference = real_field(np.array([d.fluid.reference for d in scenarios]))
         self.tail, self.head = (
@@ -443,7 +470,7 @@ class NetworkTerm(Term):
             now[network.pressure_column(k)] = float(pressure[k]) - network.fluid.reference
             now[f"volume_{node.name}"] = float(volume[k])
             now[f"content_{node.name}"] = float(content[k])
-            if node.has_supply:
+            if k in self.supplied_nodes:
                 now[f"supply_{node.name}"] = float(supplied[k]) * rate
         for k, edge in enumerate(network.edges):
             now[f"flow_{edge.name}"] = float(moved[k]) * rate

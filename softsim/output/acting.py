@@ -61,7 +61,7 @@ def not_read(model: Model) -> list[Row]:
 
 def _loads(loaded: LoadedScene, model: Model) -> Iterator[Row]:
     """Yield a row for each load of the scene, or the row "none"."""
-    remarks = dict(zip(model.load_names, model.loads, strict=True))
+    remarks = model.named_loads
     trees = entries(loaded.tree, "loads")
     for name in loaded.scene.loads:
         remark = remarks[name].remark(model.points) if name in remarks else ""

@@ -8,7 +8,6 @@ import numpy as np
 
 from softsim.errors import SimulationError
 from softsim.loads import profile
-from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure, PressureSource
 from softsim.loads.pressure_control import PressureRamp
 from softsim.loads.rotor import Rotor
@@ -39,9 +38,7 @@ class LoadCommands:
 
     def __init__(self, run: Run) -> None:
         self.run, self.scenario, self.model = run, run.scenario, run.model
-        self.loads: dict[str, Load] = dict(
-            zip(self.model.load_names, self.model.loads, strict=True)
-        )
+        self.loads = self.model.named_loads
 
     @property
     def adjustable(self) -> list[Adjustable]:
@@ -87,6 +84,7 @@ class LoadCommands:
 
     def set_load(self, name: str, value: float, within: float = 0.0) -> None:
         """Change a chamber linearly to a pressure or filling; see `Simulation.set_load`."""
+        self._refuse_network(name)
         load = self._named(name, FollowerPressure, "chamber")
         value = number(value, f"the value of '{name}'")
         within = number(within, f"the time within which '{name}' changes")
@@ -139,6 +137,15 @@ class LoadCommands:
             for name, load in self.loads.items()
             if isinstance(load, FollowerPressure) and load.source.can_be_set
         )
+
+    def _refuse_network(self, name: str) -> None:
+        for key, load in self.loads.items():
+            is_fed = isinstance(load, FollowerPressure) and not load.source.can_be_set
+            if is_fed and name in (key, key.rpartition(".")[2]):
+                raise SimulationError(
+                    f"the pressure of '{name}' follows from the network, so it cannot be set",
+                    hint="load the chamber by follower_pressure, added_volume or added_gas",
+                )
 
     def names(self, kind: type) -> tuple[str, ...]:
         """Return the names of the loads of a class."""

@@ -218,8 +218,7 @@ def motors(loaded: LoadedScene) -> dict[str, Rotor]:
             loaded.tree.origin,
         )
     model = build_model(loaded)  # a static model refuses motors
-    named = zip(model.load_names, model.loads, strict=True)
-    return {name: load for name, load in named if isinstance(load, Rotor)}
+    return {name: load for name, load in model.named_loads.items() if isinstance(load, Rotor)}
 
 
 @dataclass(frozen=True, eq=False)

@@ -205,8 +205,9 @@ class Pneumatics(Spec):
     means since the last row.
     """
 
-    fluid: FluidSpec | None = Field(
-        default=None, description="Gas or liquid. Default: air, {kind: gas}."
+    fluid: FluidSpec = Field(
+        default_factory=lambda: GasSpec(kind="gas"),
+        description="Gas or liquid. Default: air, {kind: gas}.",
     )
     nodes: dict[Name, NodeSpec] = Field(min_length=1, description="Nodes by name.")
     edges: dict[Name, EdgeSpec] = Field(min_length=1, description="Edges by name.")

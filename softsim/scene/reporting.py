@@ -2,7 +2,7 @@
 
 import difflib
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -63,7 +63,9 @@ def scene_error(
     strays = {stray.keys: stray for item in items if (stray := _stray(item, tree, root))}
     left = [item for item in items if not any(s.explains(item, root) for s in strays.values())]
     # A key that is missing or due may be there under a wrong name: that is said first.
-    if any(item["type"] == "extra_forbidden" for item in left):
+    unknown = [item["loc"] for item in left if item["type"] == "extra_forbidden"]
+    if unknown:
+        left = [item for item in left if not _is_misspelt(item, unknown)]
         left.sort(key=lambda item: item["type"] in CONSEQUENCES)
     problems = [stray.error(tree) for stray in strays.values()]
     problems += [_problem(item, tree, root, beside) for item in left[:MOST_SHOWN]]
@@ -123,14 +125,27 @@ def _stray(item: Mapping[str, Any], tree: Tree, root: Model) -> _Stray | None:
     return None
 
 
+def _is_misspelt(item: Mapping[str, Any], unknown: Sequence[Keys]) -> bool:
+    """Return True if a missing key is there under a similar name, one of the unknown keys."""
+    if item["type"] != "missing" or not isinstance(item["loc"][-1], str):
+        return False
+    *parent, key = item["loc"]
+    beside = [str(word) for *place, word in unknown if place == parent]
+    return any(_similar(word, [key]) for word in beside)
+
+
+def _similar(word: str, allowed: Collection[str]) -> list[str]:
+    """Return the allowed words that begin with a word, else the most similar one, if any."""
+    longer = [name for name in allowed if len(word) >= SHORTEST_BEGINNING and name.startswith(word)]
+    return longer[:MOST_MEANT] or difflib.get_close_matches(word, allowed, n=1)
+
+
 def did_you_mean(word: str, allowed: Collection[str]) -> str:
     """Return a hint such as "did you mean 'length'?" for an unknown word.
 
     It names allowed words that begin with the word, else a similar one, else all allowed words.
     """
-    longer = [name for name in allowed if len(word) >= SHORTEST_BEGINNING and name.startswith(word)]
-    close = longer[:MOST_MEANT] or difflib.get_close_matches(word, allowed, n=1)
-    if close:
+    if close := _similar(word, allowed):
         return f"did you mean {' or '.join(map(repr, close))}?"
     return f"allowed here: {', '.join(allowed)}"
 

@@ -370,7 +370,7 @@ def force_warnings(model: Model) -> dict[str, str]:
         f"force of {name}": f"load '{name}' exerts {load.largest_force:.3g} N, "
         f"{load.largest_force / scale:.3g} times the softest shear modulus multiplied by the "
         "square of the model size: check its unit"
-        for name, load in zip(model.load_names, model.loads, strict=True)
+        for name, load in model.named_loads.items()
         if load.largest_force > LARGEST_FORCE * scale
     }
 
@@ -417,7 +417,7 @@ def time_warnings(model: Model) -> dict[str, str]:
         f"time of {name}": f"load '{name}' changes until {load.last_change:.3g} s, but the run "
         f"ends at {model.end_time:.3g} s: only a small part of the load history is simulated; "
         "check the units of its times and rates"
-        for name, load in zip(model.load_names, model.loads, strict=True)
+        for name, load in model.named_loads.items()
         if load.last_change > LONGEST_TIME * model.end_time
     }
     if duration < FEWEST_INCREMENTS * dt:

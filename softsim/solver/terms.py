@@ -62,8 +62,7 @@ class Terms:
             of_scenarios[0].term(of_scenarios, self.nodes, self.rigid_bodies)
             for of_scenarios in zip(*(m.loads for m in models), strict=True)
         ]
-        # Loads that were added to a built model have no name.
-        by_name = dict(zip(model.load_names, self.loads, strict=False))
+        by_name = dict(zip(model.named_loads, self.loads, strict=False))
         for load in self.loads:
             load.connect(by_name)
         self.friction_memory = np.array([m.friction_memory for m in models])

@@ -63,7 +63,7 @@ def test_chambers_of_a_network_are_pressures(build):
     for source in sources:
         volume = source.initial_volume
         assert source.stiffness(volume) == pytest.approx(
-            (101325.0 + 8e3) / (volume + source.side_volume)
+            (101325.0 + 8e3) / (volume + source.node.volume)
         )
 
 
@@ -72,10 +72,10 @@ def test_chamber_of_a_half_model_counts_twice(build):
     a, b = (load.source for load in model.pressures)
     volume = b.initial_volume
     assert b.stiffness(volume) == pytest.approx(
-        2.0 * (101325.0 + 8e3) / (2.0 * volume + b.side_volume)
+        2.0 * (101325.0 + 8e3) / (2.0 * volume + b.node.volume)
     )
     assert [node.volume_ratio for node in network_of(model).nodes] == [1.0, 1.0, 1.0, 2.0]
-    assert a.volume_ratio == 1.0 and network_of(model).nodes[3].volume == b.side_volume
+    assert a.node.volume_ratio == 1.0 and network_of(model).nodes[3].volume == b.node.volume
 
 
 def test_a_syringe_that_is_drawn_first_compresses_more(build):

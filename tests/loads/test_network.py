@@ -12,8 +12,6 @@ import pytest
 from softsim.compute import fields
 from softsim.loads.network import (
     LEAST_VOLUME,
-    NO_SUPPLY,
-    NOTHING,
     Fluid,
     Network,
     NetworkEdge,
@@ -28,6 +26,8 @@ ALWAYS = constant(1.0, 0.0)
 TUBE = GAS.tube_conductance(length=0.5, bore=1e-3)
 VALVE = GAS.valve_conductance(flow=30e-6, pressure=20e3)
 SAMPLES = 10
+NOTHING = constant(0.0, 0.0)
+NO_SUPPLY = Supply(0.0, NOTHING, 1.0, 0.0, 0.0, NOTHING)
 
 
 def network(volumes, pressures=(0.0, 0.0, 0.0), tubes=(0.0, 0.0, 0.0), **more):
@@ -39,8 +39,8 @@ def network(volumes, pressures=(0.0, 0.0, 0.0), tubes=(0.0, 0.0, 0.0), **more):
     displaced = more.get("displaced", NOTHING)
     nodes = tuple(
         NetworkNode(
-            f"n{k}", volume, pressure, 0.0, k == 0, supply if k == 0 else NO_SUPPLY, k == 3,
-            displaced if k == 3 else NOTHING,
+            f"n{k}", volume, pressure, supply=supply if k == 0 else None,
+            displaced=displaced if k == 3 else None,
         )
         for k, (volume, pressure) in enumerate(zip(volumes, (*pressures, 0.0), strict=True))
     )  # fmt: skip

@@ -246,7 +246,9 @@ TOO_FAR_OUT = "is one level too far out: it belongs to"
         ("    thickness", "    thicknes",
          ["a.yaml:6:5: unknown key 'thicknes' in b", NEEDS_THICKNESS]),
         ("    profile", "    profil",
-         ["a.yaml:11:5: unknown key 'profil' in air",
+         ["a.yaml:11:5: unknown key 'profil' in air"]),
+        ("    profile", "    curve",
+         ["a.yaml:11:5: unknown key 'curve' in air",
           "a.yaml:8:3: air: the key 'profile' is missing"]),
     ],
 )  # fmt: skip

@@ -133,5 +133,6 @@ def test_simulation_with_a_network(kernel_cache, monkeypatch, write_scene):
     simulation.step(5e-3)
     assert dict(simulation.row) == expected
     assert expected["flow_join"] > 0.0
-    with pytest.raises(SimulationError, match="follows from the network"):
-        simulation.set_load("pneumatics.a", 1e3)
+    for name in ("a", "pneumatics.a"):
+        with pytest.raises(SimulationError, match=f"'{name}' follows from the network"):
+            simulation.set_load(name, 1e3)
