@@ -28,7 +28,7 @@ from softsim.scene.quantities import (
 class GasSpec(Spec):
     """Ideal gas at constant temperature."""
 
-    kind: Literal["gas"] = Field(description="Kind of fluid.")
+    kind: Literal["gas"] = Field(default="gas", description="Kind of fluid.")
     viscosity: PositiveViscosity = Field(
         default=written("1.81e-5 Pa*s"),
         description="Dynamic viscosity. Default: air at 20 degrees Celsius.",
@@ -206,8 +206,7 @@ class Pneumatics(Spec):
     """
 
     fluid: FluidSpec = Field(
-        default_factory=lambda: GasSpec(kind="gas"),
-        description="Gas or liquid. Default: air, {kind: gas}.",
+        default_factory=GasSpec, description="Gas or liquid. Default: air, {kind: gas}."
     )
     nodes: dict[Name, NodeSpec] = Field(min_length=1, description="Nodes by name.")
     edges: dict[Name, EdgeSpec] = Field(min_length=1, description="Edges by name.")
