@@ -11,7 +11,7 @@ from softsim.cli.materials import fit_material, materials, spectrum
 from softsim.cli.meshing import mesh
 from softsim.cli.reach import reach
 from softsim.cli.reporting import render, report
-from softsim.cli.runs import assess, check, run
+from softsim.cli.runs import assess, check, compile, run
 from softsim.cli.section import calibrate_section
 from softsim.cli.studies import optimize, sweep
 from softsim.cli.vibrations import modes, response
@@ -31,8 +31,8 @@ def softsim(
 
 
 for command in (
-    examples, new, mesh, run, check, modes, response, assess, reach, sweep, optimize, report,
-    render, materials, fit_material, spectrum, calibrate_section, chain, schema, devices,
+    examples, new, mesh, run, compile, check, modes, response, assess, reach, sweep, optimize,
+    report, render, materials, fit_material, spectrum, calibrate_section, chain, schema, devices,
 ):  # fmt: skip
     app.command()(command)
 

@@ -1,6 +1,7 @@
 """Commands on one scene: run it, check it, assess whether a robot gets through a layout."""
 
 import math
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -136,6 +137,42 @@ def _show_profiles(folder: Path, asked: bool, console: Console) -> None:
         if "profile" in summary:
             console.print(profile_table(summary["profile"]))
             console.print(wall_time_table(summary["wall_times"]))
+
+
+def compile(
+    scene: ScenePath,
+    overrides: Overrides = None,
+    device: Device = DeviceName.auto,
+    threads: Threads = "auto",
+) -> None:
+    """Compile the kernels of a scene and store them, so that its runs start sooner.
+
+    Runs with other numbers use the same kernels, as long as the structure of the scene, the device
+    and the number of threads stay. Nothing is computed.
+    """
+    with explained() as console:
+        from softsim.compute.machine import choose
+        from softsim.scene.loading import load_scene
+        from softsim.scene.steps import load_steps
+
+        choice = choose(device.value, threads)
+        steps = load_steps(scene, overrides or [])
+        loaded = None if steps else load_scene(scene, overrides or [])
+        # Taichi is imported from here on: an error before is reported at once.
+        from softsim.compute.backend import default_cache_folder
+        from softsim.output.compiling import compiling
+        from softsim.run.batch import new_solver
+        from softsim.run.scenes import ready_model
+        from softsim.run.steps import foreseen_models
+
+        models = [ready_model(loaded, choice)] if loaded else foreseen_models(steps, choice)
+        for k, model in enumerate(models):
+            began = time.perf_counter()
+            with compiling(console):
+                new_solver([model], choice)
+            which = f"step '{steps[k].name}'" if steps else scene.name
+            console.print(f"{which}: kernels ready after {time.perf_counter() - began:.1f} s")
+        console.print(f"kernels in {default_cache_folder()}", highlight=False, soft_wrap=True)
 
 
 def check(

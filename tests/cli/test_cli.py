@@ -150,6 +150,25 @@ def test_figures_and_page_can_be_left_for_later(softsim, write_scene, tmp_path):
 
 
 @pytest.mark.starts(1)
+@pytest.mark.physics
+def test_compile_stores_the_large_kernels_of_a_run(write_scene, tmp_path):
+    scene, environment = write_scene(SCENE), os.environ | {"SOFTSIM_CACHE": str(tmp_path / "new")}
+    options = [scene, "--device", "cpu", "--threads", "1"]
+
+    def call(*arguments):
+        command = [sys.executable, "-m", "softsim.cli", *map(str, arguments)]
+        done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True)
+        assert done.returncode == 0, done.stderr
+        sizes = {path.name: path.stat().st_size for path in (tmp_path / "new").glob("*.tic")}
+        return done.stdout.decode(), sizes
+
+    text, compiled = call("compile", *options)
+    assert re.search(r"kernels ready after \d+\.\d s", text) and str(tmp_path / "new") in text
+    _, after_run = call("run", *options, "--no-report")
+    assert compiled.keys() <= after_run.keys()
+    assert sum(compiled.values()) > 0.9 * sum(after_run.values()) > 0.0
+
+
 def test_check_says_size_step_and_duration(softsim, write_scene):
     done = softsim("check", write_scene(SCENE), "--device", "cpu", "--threads", "1")
     assert done.exit_code == 0, done.stderr
