@@ -64,7 +64,7 @@ and large enough that round-off of the flows through it is far below a pascal.""
 # Newton's method stops at a change of pressure [Pa] below this, whose square is the error left.
 PRESSURE_TOLERANCE = 1e-4
 # Largest difference [Pa] between the pressure found for a node and that of its content after the
-# flows. Round-off reaches it where more than 10,000 m^3/s can flow through a junction of 0.1 mm^3.
+# flows. Round-off reaches it where 10,000 m^3/s of gas can flow through a junction of 0.1 mm^3.
 LARGEST_MISMATCH = 1.0
 MOST_ITERATIONS = 50
 MOST_HALVINGS = 40
@@ -670,10 +670,10 @@ class NetworkTerm(Term):
             largest = self.eliminate(s)
             for k in range(self.node_count):
                 self.pressure[s, k] += self.change[s, k]
-            if largest <= PRESSURE_TOLERANCE:
-                break
             share = ti.cast(1.0, backend.real)
             found = self.evaluate(s, h)
+            if largest <= PRESSURE_TOLERANCE and self.mismatch(s) <= LARGEST_MISMATCH:
+                break
             for _halving in range(MOST_HALVINGS):
                 if found < remaining or found <= ROUND_OFF * held:
                     break
@@ -682,11 +682,17 @@ class NetworkTerm(Term):
                     self.pressure[s, k] -= share * self.change[s, k]
                 found = self.evaluate(s, h)
             remaining = found
-        self.evaluate(s, h)
+        if self.mismatch(s) > LARGEST_MISMATCH:
+            self.unsolved[s] = 1.0
+
+    @ti.func
+    def mismatch(self, s):
+        """Return the largest change of a pressure [Pa] that the residual of its node amounts to."""
+        largest = ti.cast(0.0, backend.real)
         for k in range(self.node_count):
             slope = self.content_slope(s, k, self.new_volume[s, k])
-            if ti.abs(self.residual[s, k]) > LARGEST_MISMATCH * slope:
-                self.unsolved[s] = 1.0
+            largest = ti.max(largest, ti.abs(self.residual[s, k]) / slope)
+        return largest
 
 
 @ti.func
