@@ -78,6 +78,18 @@ def test_chamber_of_a_half_model_counts_twice(build):
     assert a.node.volume_ratio == 1.0 and network_of(model).nodes[3].volume == b.node.volume
 
 
+def test_supplies_of_a_network(build):
+    """Check the flow and its bounds of a relieving regulator and of a vacuum pump."""
+    relieving = "pneumatics.nodes.supply.relieving=true"
+    vacuum = "pneumatics.nodes.tank={kind: pump, flow: 3 ml/s, stall: -40 kPa}"
+    plain = network_of(build(SCENE)).nodes[0].supply
+    supply, tank, *_ = network_of(build(SCENE, relieving, vacuum)).nodes
+    assert (plain.least, plain.most) == (0.0, 1.0)
+    assert (supply.supply.least, supply.supply.most, supply.supply.droop) == (-1.0, 1.0, 500.0)
+    assert (tank.supply.least, tank.supply.most, tank.supply.droop) == (-1.0, 0.0, 40e3)
+    assert tank.supply.flow == pytest.approx(3e-6) and tank.supply.set_pressure.at(0.0) == -40e3
+
+
 def test_a_syringe_that_is_drawn_first_compresses_more(build):
     drawn = (
         "pneumatics.nodes.supply={kind: syringe, volume: 10 ml, profile: {kind: table, "
