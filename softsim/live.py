@@ -47,6 +47,7 @@ from softsim.report.snapshots import is_axisymmetric
 from softsim.report.style import COLOURS, FRAME, INK, ORANGE, PALE, QUIET, WALL
 from softsim.run.commands import Adjustable, LoadCommands
 from softsim.run.course import Run
+from softsim.run.record import CHANGED_BY_HAND
 from softsim.run.simulation import Simulation
 from softsim.scene.outputs import probe_columns
 from softsim.units import KINDS, format_quantity, size_of, unit_of, usual_unit
@@ -261,6 +262,7 @@ class LiveView:
         """
         if self.shown is not None:
             self.shown.remove()
+            self.controls.take_values()  # of its sliders, which come too late
         self.controls.interval = run.output.history_interval
         self.shown = RunView(run, self._server, self.panel, self.controls)
         self.shown.draw()
@@ -436,14 +438,18 @@ class RunView:
 
     def _apply(self) -> None:
         """Pass the values of moved sliders to the run, which warns that they were changed."""
-        for name, value in self._controls.take_values().items():
+        values = self._controls.take_values()
+        if self.run.outcome is not None:
+            return  # nothing is computed any more
+        step_start = self.run.model.start_time  # each step has warnings of its own
+        for name, value in values.items():
             self.sliders[name].load.change(value, self._controls.interval)
             with self.run.files.logged():
                 self.run.files.warn(
                     {
-                        f"changed by hand: {name}": f"t = {self.run.scenario.time:.6g} s: the load "
-                        f"'{name}' was changed by hand in the live view; the results are not "
-                        "those of the scene"
+                        f"{CHANGED_BY_HAND} after {step_start} s: {name}": "t = "
+                        f"{self.run.scenario.time:.6g} s: the load '{name}' was changed by hand "
+                        "in the live view; the results are not those of the scene"
                     }
                 )
 

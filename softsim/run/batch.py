@@ -168,7 +168,7 @@ class Batch:
         self.reader.update()
         with run.files.logged():
             run.begin_step(control)
-            run.files.warn(earlier.jumps(run.scenario))
+            run.files.warn(earlier.changes_by_hand | earlier.jumps(run.scenario))
 
     @property
     def running(self) -> list[Run]:
