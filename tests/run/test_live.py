@@ -207,3 +207,54 @@ def test_each_step_starts_the_view_anew_and_inherits_warnings(run_steps, tmp_pat
     taken = run_steps("taken", faster, source=tmp_path / "changed")
     assert "taken_from" in taken["hold"].summary and "taken_from" not in taken["release"].summary
     assert by_hand(taken) == {"press": [], "hold": [first], "release": [first]}
+
+
+class Broken:
+    """Monitor that raises an error in an update after a time [s]."""
+
+    def __init__(self, after):
+        self.after, self.calls = after, 0
+
+    def start(self, run):
+        pass
+
+    def update(self, run, signals):
+        self.calls += 1
+        if run.scenario.time > self.after:
+            raise ValueError("cannot reshape array")
+
+
+class BrokenAtStart(Broken):
+    """Monitor that raises an error at its start."""
+
+    def start(self, run):
+        raise KeyError("edges")
+
+
+def test_a_run_goes_on_without_a_monitor_that_fails(run, write_scene, tmp_path):
+    plain = run(write_scene(PRESSED_BLOCK), out=tmp_path / "plain", threads=1)
+    monitors = [BrokenAtStart(0.0), Broken(8e-3), Broken(1.0)]
+    found = run(write_scene(PRESSED_BLOCK), out=tmp_path / "run", threads=1, monitors=monitors)
+    assert found.summary["status"] == "done"
+    for name, column in plain.history.items():
+        np.testing.assert_array_equal(found.history[name], column, err_msg=name)
+    early, late, whole = (monitor.calls for monitor in monitors)
+    assert early == 0 < late < whole
+    first, second = (w for w in found.summary["warnings"] if "Broken" in w)
+    assert "BrokenAtStart failed and no longer follows the run, which continues" in first
+    assert "KeyError('edges')" in first and "ValueError('cannot reshape array')" in second
+    logged = (tmp_path / "run/run.log").read_text()
+    assert 'raise ValueError("cannot reshape array")' in logged  # with the place in the code
+
+
+def test_a_simulation_goes_on_without_a_monitor_that_fails(simulate):
+    simulation, _ = simulate()
+    broken = Broken(3e-3)
+    simulation.watch(broken)
+    simulation.step(6e-3)
+    assert simulation.time >= 6e-3
+    [text] = simulation.record.warnings.values()
+    assert "ValueError('cannot reshape array')" in text and text.startswith("t = 0.00")
+    calls = broken.calls
+    simulation.step(1e-3)
+    assert broken.calls == calls
