@@ -685,7 +685,7 @@ class LivePicture:
         edges = places_at(frames, 0)[self.skin.rim]
         layers = layers_at(frames, 0)
         closed = outlines_at(frames, 0) if self.d == 2 else []
-        outlines = pieces([np.concatenate([o, o[:1]]) for o in closed], self.d)
+        outlines = line_segments([np.concatenate([o, o[:1]]) for o in closed], self.d)
         if self.is_mirrored:
             edges, layers, outlines = (
                 np.concatenate([e, mirrored(e)]) for e in (edges, layers, outlines)
@@ -693,8 +693,8 @@ class LivePicture:
         self._line("edges", edges, INK, 1.0)
         self._line("outlines", outlines, INK, 2.0)
         self._line("layers", layers, ORANGE, 2.0)
-        self._line("cables", pieces(cables_at(frames, 0), self.d), INK, 3.0)
-        self._line("fibres", pieces(fibres_at(frames, 0), self.d), INK, 1.0)
+        self._line("cables", line_segments(cables_at(frames, 0), self.d), INK, 3.0)
+        self._line("fibres", line_segments(fibres_at(frames, 0), self.d), INK, 1.0)
         self._line("crosses", crosses_at(frames, 0), INK, 2.0)
 
     def _draw_walls(self, frames: Frames, box: np.ndarray, field: str) -> None:
@@ -714,7 +714,7 @@ class LivePicture:
         solids = picture.solids(self._seen.T.ravel(), 0)
         quads = np.concatenate([np.zeros((0, 4, 2)), *(solid.quads for solid in solids)])
         self._mesh("walls", quads, to_rgb(WALL), depth=BEHIND)
-        self._line("faces", pieces([solid.face for solid in solids], 2), INK, 2.0)
+        self._line("faces", line_segments([solid.face for solid in solids], 2), INK, 2.0)
         self._line("centre lines", picture.centre_lines, QUIET, 1.0)
 
     def _light(self) -> None:
@@ -803,7 +803,7 @@ class LivePicture:
         return np.concatenate([places, np.zeros((*places.shape[:-1], 3 - self.d))], axis=-1)
 
 
-def pieces(lines: Sequence[np.ndarray], d: int) -> np.ndarray:
+def line_segments(lines: Sequence[np.ndarray], d: int) -> np.ndarray:
     """Return polylines (n, d) as single lines (k, 2, d)."""
     found = [np.stack([line[:-1], line[1:]], axis=1) for line in lines]
     return np.concatenate([np.zeros((0, 2, d)), *found])

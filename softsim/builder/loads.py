@@ -349,7 +349,7 @@ def driven(
 # it costs a twentieth of the time step at most.
 LIQUID_SHARE = 0.1
 
-Chamber = (
+PressureSourceSpec = (
     scene_loads.FollowerPressureSpec
     | scene_loads.AddedVolumeSpec
     | scene_loads.AddedGasSpec
@@ -357,7 +357,7 @@ Chamber = (
 )
 
 
-def pressure(loaded: LoadTargets, load: Chamber, keys: Keys) -> FollowerPressure:
+def pressure(loaded: LoadTargets, load: PressureSourceSpec, keys: Keys) -> FollowerPressure:
     """Return the follower pressure on the facets of a chamber."""
 
     def source(volume: float, nothing: float, compliance: float) -> PressureSource:
@@ -408,7 +408,7 @@ def chamber_pressure(
 
 def pressure_source(
     names: Names,
-    load: Chamber,
+    load: PressureSourceSpec,
     volume: float,
     nothing: float,
     stiffest: float,
