@@ -646,7 +646,9 @@ class LivePicture:
         places = places_at(frames, 0)[self.skin.nodes]
         places = places[np.isfinite(places).all(axis=1)]
         if len(places):
-            self._draw_walls(frames, np.stack([places.min(axis=0), places.max(axis=0)]), field)
+            around_it = np.concatenate([places, rigid_places(frames)])
+            box = np.stack([around_it.min(axis=0), around_it.max(axis=0)])
+            self._draw_walls(frames, box, field)
             centre = places.mean(axis=0) if follows_body else self.centre
             self.root.position = tuple(-SIZE / self.size * self._in_space(centre))
         self._draw_bodies(frames, field)
@@ -737,7 +739,8 @@ class LivePicture:
             self.centre, reach, towards = view.mean(axis=1), np.ptp(view, axis=1), np.eye(3)[2]
             reach = max(reach[1], reach[0] / WIDE)
         else:
-            places = places_at(frames, 0)[self.skin.nodes]
+            body = places_at(frames, 0)[self.skin.nodes]
+            places = np.concatenate([body, rigid_places(frames)])
             self.centre = 0.5 * (places.min(axis=0) + places.max(axis=0))
             reach, towards = 1.2 * float(np.linalg.norm(np.ptp(places, axis=0))), CAMERA.towards
         distance = 0.5 * reach * SIZE / self.size / np.tan(0.5 * FIELD_OF_VIEW)
@@ -801,6 +804,12 @@ class LivePicture:
     def _in_space(self, places: np.ndarray) -> np.ndarray:
         """Return places (..., d) with three coordinates."""
         return np.concatenate([places, np.zeros((*places.shape[:-1], 3 - self.d))], axis=-1)
+
+
+def rigid_places(frames: Frames) -> np.ndarray:
+    """Return the places (n, d) [mm] of the surfaces and crosses of rigid bodies."""
+    vertices, crosses = rigid_faces_at(frames, 0)[0], crosses_at(frames, 0)
+    return np.concatenate([vertices, crosses.reshape(-1, vertices.shape[1])])
 
 
 def line_segments(lines: Sequence[np.ndarray], d: int) -> np.ndarray:
