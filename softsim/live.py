@@ -47,6 +47,7 @@ from softsim.report.snapshots import is_axisymmetric
 from softsim.report.style import COLOURS, FRAME, INK, ORANGE, PALE, QUIET, WALL
 from softsim.run.commands import Adjustable, LoadCommands
 from softsim.run.course import Run
+from softsim.run.record import CHANGED_BY_HAND
 from softsim.run.simulation import Simulation
 from softsim.scene.outputs import probe_columns
 from softsim.units import KINDS, format_quantity, size_of, unit_of, usual_unit
@@ -261,6 +262,7 @@ class LiveView:
         """
         if self.shown is not None:
             self.shown.remove()
+            self.controls.take_values()  # of its sliders, which come too late
         self.controls.interval = run.output.history_interval
         self.shown = RunView(run, self._server, self.panel, self.controls)
         self.shown.draw()
@@ -436,14 +438,18 @@ class RunView:
 
     def _apply(self) -> None:
         """Pass the values of moved sliders to the run, which warns that they were changed."""
-        for name, value in self._controls.take_values().items():
+        values = self._controls.take_values()
+        if self.run.outcome is not None:
+            return  # nothing is computed any more
+        step_start = self.run.model.start_time  # each step has warnings of its own
+        for name, value in values.items():
             self.sliders[name].load.change(value, self._controls.interval)
             with self.run.files.logged():
                 self.run.files.warn(
                     {
-                        f"changed by hand: {name}": f"t = {self.run.scenario.time:.6g} s: the load "
-                        f"'{name}' was changed by hand in the live view; the results are not "
-                        "those of the scene"
+                        f"{CHANGED_BY_HAND} after {step_start} s: {name}": "t = "
+                        f"{self.run.scenario.time:.6g} s: the load '{name}' was changed by hand "
+                        "in the live view; the results are not those of the scene"
                     }
                 )
 
@@ -640,7 +646,9 @@ class LivePicture:
         places = places_at(frames, 0)[self.skin.nodes]
         places = places[np.isfinite(places).all(axis=1)]
         if len(places):
-            self._draw_walls(frames, np.stack([places.min(axis=0), places.max(axis=0)]), field)
+            around_it = np.concatenate([places, rigid_places(frames)])
+            box = np.stack([around_it.min(axis=0), around_it.max(axis=0)])
+            self._draw_walls(frames, box, field)
             centre = places.mean(axis=0) if follows_body else self.centre
             self.root.position = tuple(-SIZE / self.size * self._in_space(centre))
         self._draw_bodies(frames, field)
@@ -679,7 +687,7 @@ class LivePicture:
         edges = places_at(frames, 0)[self.skin.rim]
         layers = layers_at(frames, 0)
         closed = outlines_at(frames, 0) if self.d == 2 else []
-        outlines = pieces([np.concatenate([o, o[:1]]) for o in closed], self.d)
+        outlines = line_segments([np.concatenate([o, o[:1]]) for o in closed], self.d)
         if self.is_mirrored:
             edges, layers, outlines = (
                 np.concatenate([e, mirrored(e)]) for e in (edges, layers, outlines)
@@ -687,8 +695,8 @@ class LivePicture:
         self._line("edges", edges, INK, 1.0)
         self._line("outlines", outlines, INK, 2.0)
         self._line("layers", layers, ORANGE, 2.0)
-        self._line("cables", pieces(cables_at(frames, 0), self.d), INK, 3.0)
-        self._line("fibres", pieces(fibres_at(frames, 0), self.d), INK, 1.0)
+        self._line("cables", line_segments(cables_at(frames, 0), self.d), INK, 3.0)
+        self._line("fibres", line_segments(fibres_at(frames, 0), self.d), INK, 1.0)
         self._line("crosses", crosses_at(frames, 0), INK, 2.0)
 
     def _draw_walls(self, frames: Frames, box: np.ndarray, field: str) -> None:
@@ -708,7 +716,7 @@ class LivePicture:
         solids = picture.solids(self._seen.T.ravel(), 0)
         quads = np.concatenate([np.zeros((0, 4, 2)), *(solid.quads for solid in solids)])
         self._mesh("walls", quads, to_rgb(WALL), depth=BEHIND)
-        self._line("faces", pieces([solid.face for solid in solids], 2), INK, 2.0)
+        self._line("faces", line_segments([solid.face for solid in solids], 2), INK, 2.0)
         self._line("centre lines", picture.centre_lines, QUIET, 1.0)
 
     def _light(self) -> None:
@@ -731,7 +739,8 @@ class LivePicture:
             self.centre, reach, towards = view.mean(axis=1), np.ptp(view, axis=1), np.eye(3)[2]
             reach = max(reach[1], reach[0] / WIDE)
         else:
-            places = places_at(frames, 0)[self.skin.nodes]
+            body = places_at(frames, 0)[self.skin.nodes]
+            places = np.concatenate([body, rigid_places(frames)])
             self.centre = 0.5 * (places.min(axis=0) + places.max(axis=0))
             reach, towards = 1.2 * float(np.linalg.norm(np.ptp(places, axis=0))), CAMERA.towards
         distance = 0.5 * reach * SIZE / self.size / np.tan(0.5 * FIELD_OF_VIEW)
@@ -797,7 +806,13 @@ class LivePicture:
         return np.concatenate([places, np.zeros((*places.shape[:-1], 3 - self.d))], axis=-1)
 
 
-def pieces(lines: Sequence[np.ndarray], d: int) -> np.ndarray:
+def rigid_places(frames: Frames) -> np.ndarray:
+    """Return the places (n, d) [mm] of the surfaces and crosses of rigid bodies."""
+    vertices, crosses = rigid_faces_at(frames, 0)[0], crosses_at(frames, 0)
+    return np.concatenate([vertices, crosses.reshape(-1, vertices.shape[1])])
+
+
+def line_segments(lines: Sequence[np.ndarray], d: int) -> np.ndarray:
     """Return polylines (n, d) as single lines (k, 2, d)."""
     found = [np.stack([line[:-1], line[1:]], axis=1) for line in lines]
     return np.concatenate([np.zeros((0, 2, d)), *found])

@@ -349,7 +349,7 @@ def driven(
 # it costs a twentieth of the time step at most.
 LIQUID_SHARE = 0.1
 
-ChamberLoad = (
+PressureSourceSpec = (
     scene_loads.FollowerPressureSpec
     | scene_loads.AddedVolumeSpec
     | scene_loads.AddedGasSpec
@@ -412,14 +412,14 @@ class RestingChamber:
         return side
 
 
-def pressure(loaded: LoadTargets, load: ChamberLoad, keys: Keys) -> FollowerPressure:
+def pressure(loaded: LoadTargets, load: PressureSourceSpec, keys: Keys) -> FollowerPressure:
     """Return the follower pressure on the facets of a chamber."""
     return chamber_pressure(loaded, load, partial(SOURCES[type(load)], load), keys)
 
 
 def chamber_pressure(
     loaded: LoadTargets,
-    load: ChamberLoad | NetworkChamberSpec,
+    load: PressureSourceSpec | NetworkChamberSpec,
     source: Callable[[RestingChamber], PressureSource],
     keys: Keys,
 ) -> FollowerPressure:

@@ -117,7 +117,7 @@ def mesh(
         if is_new:
             mu0 = LAWS[data.law](*data.constants).initial_shear_modulus
             scene.write_text(starter_scene(made, found, target, material, mu0), encoding="utf-8")
-        _print_mesh(made, found, scene, console)
+        _print_mesh(made, found, console)
         console.print(
             unheaded([
                 ("mesh", str(target)),
@@ -152,13 +152,19 @@ def _length(text: str, option: str) -> float:
     return length
 
 
-def _print_mesh(made: "Mesh", found: "list[Chamber]", scene: Path, console: Console) -> None:
-    """Print what `softsim check` prints of the starter scene's model, and the chambers."""
-    from softsim.builder import build_model
-    from softsim.cli.run_tables import model_table
-    from softsim.scene.loading import load_scene
+def _print_mesh(made: "Mesh", found: "list[Chamber]", console: Console) -> None:
+    """Print size, quality and sets of a mesh, and its chambers."""
+    from softsim.mesh.quality import quality
 
-    console.print(model_table(build_model(load_scene(scene))))
+    sides = " x ".join(f"{1e3 * side:.4g}" for side in np.ptp(made.points, axis=0))
+    q = quality(made)
+    rows = [["size", f"{sides} mm, {q.volume * 1e6:.4g} ml"], ["mesh", q.describe()]]
+    kinds = {"node": made.node_sets, "facet": made.facet_sets, "cell": made.cell_sets}
+    for kind, sets in kinds.items():
+        if sets:
+            listed = ", ".join(f"{name} ({len(sets[name])})" for name in sorted(sets))
+            rows.append([f"{kind} sets", listed])
+    console.print(unheaded(rows))
     for chamber in found:
         where = f"open at {chamber.opening}" if chamber.opening else "closed"
         console.print(f"{chamber.name}: {chamber.volume * 1e6:.4g} ml, {where}", highlight=False)

@@ -17,7 +17,7 @@ from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.model import Body, Model
 from softsim.output.acting import acting, not_read
-from softsim.report.figures import bookkeeping, degrees, duration, findings
+from softsim.report.figures import bookkeeping, duration, findings
 from softsim.report.table import segments
 from softsim.run.equilibrium import MotorResponse
 from softsim.run.pilot import Duration
@@ -128,16 +128,9 @@ def _ending(cycles: int, end_time: float) -> str:
 
 def _size(body: Body) -> str:
     q = quality(Mesh(body.points, body.cells))
-    cells = ", ".join(f"{count} {kind}" for kind, count in q.cell_kinds.items())
     volume = sum(region.volumes.sum() for region in body.regions)
     sides = " x ".join(f"{1e3 * side:.4g}" for side in np.ptp(body.points, axis=0))
-    return (
-        f"{sides} mm, {q.node_count} nodes, {cells}, smallest altitude "
-        f"{q.smallest_altitude * 1e3:.3g} mm, angles {degrees(q.smallest_angle)} to "
-        f"{degrees(q.largest_angle)}, {volume * 1e6:.4g} ml, "
-        f"{body.mass * 1e3:.4g} g"
-        + (f", {q.piece_count} unconnected pieces" if q.piece_count > 1 else "")
-    )
+    return f"{sides} mm, {q.describe()}, {volume * 1e6:.4g} ml, {body.mass * 1e3:.4g} g"
 
 
 def duration_table(predicted: Duration, model: Model, choice: Choice) -> Table:

@@ -48,6 +48,16 @@ class MeshQuality:
     volume: float
     piece_count: int
 
+    def describe(self) -> str:
+        """Return numbers of nodes and cells, smallest altitude, angles and connection as text."""
+        cells = ", ".join(f"{count} {kind}" for kind, count in self.cell_kinds.items())
+        smallest, largest = math.degrees(self.smallest_angle), math.degrees(self.largest_angle)
+        return (
+            f"{self.node_count} nodes, {cells}, smallest altitude "
+            f"{self.smallest_altitude * 1e3:.3g} mm, angles {smallest:.0f} deg to {largest:.0f} deg"
+            + (f", {self.piece_count} unconnected pieces" if self.piece_count > 1 else "")
+        )
+
 
 @dataclass(frozen=True)
 class Labels:

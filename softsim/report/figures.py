@@ -69,11 +69,6 @@ from softsim.report.style import PAGE_WIDTH, STYLE
 # Readable text of the summary of a run and of single numbers.
 
 
-def degrees(angle: float) -> str:
-    """Return an angle [rad] in degrees."""
-    return f"{angle * 57.29577951308232:.0f} deg"
-
-
 def duration(seconds: float) -> str:
     """Return a readable time span."""
     if seconds < 90.0:

@@ -241,7 +241,7 @@ def with_sides(points: np.ndarray, cells: np.ndarray) -> Mesh:
     """
     surface, (x, y, z) = boundary_facets(cells, 3), points.T
     skin = surface[(z[surface] > 0.0).any(axis=1)]
-    part = pieces(skin, len(points))
+    part = part_numbers(skin, len(points))
     sides = {
         "bottom": np.flatnonzero(y == y.min()),
         "root": np.flatnonzero(x == x.min()),
@@ -258,7 +258,7 @@ def with_sides(points: np.ndarray, cells: np.ndarray) -> Mesh:
 def with_legs(points: np.ndarray, cells: np.ndarray, torso_length: float) -> Mesh:
     """Return the mesh of a quadruped with a torso of this length [m], with its sets."""
     surface, (x, y, z) = boundary_facets(cells, 3), points.T
-    part = pieces(surface, len(points))
+    part = part_numbers(surface, len(points))
     inner = surface[part[surface[:, 0]] != part[np.argmin(y)]]
     bottom = np.flatnonzero(y == y.min())
     torso = np.flatnonzero(np.abs(x) <= (0.5 + 1e-9) * torso_length)
@@ -275,7 +275,7 @@ def with_legs(points: np.ndarray, cells: np.ndarray, torso_length: float) -> Mes
     return Mesh(points=points, cells=cells, node_sets=node_sets, facet_sets=facet_sets)
 
 
-def pieces(facets: np.ndarray, count: int) -> np.ndarray:
+def part_numbers(facets: np.ndarray, count: int) -> np.ndarray:
     """Return the number of the connected part of a surface that each of `count` nodes is in."""
     links = (np.repeat(facets[:, 0], facets.shape[1] - 1), facets[:, 1:].ravel())
     _, part = connected_components(

@@ -93,6 +93,7 @@ class Monitor(Protocol):
     """Program that follows a run between its blocks of increments, such as the live view.
 
     It may hold the run and change its loads. A monitor that does neither has no effect on results.
+    One that raises an error is detached with a warning, and the run continues.
     """
 
     def start(self, run: Run) -> None:
@@ -103,6 +104,26 @@ class Monitor(Protocol):
 
         signals: SIGINT and SIGTERM received so far, a list that grows.
         """
+
+
+def call_monitors(monitors: list[Monitor], run: Run, call: Callable[[Monitor], None]) -> None:
+    """Call each monitor of a run; remove one that raises an error, with a warning and a traceback
+    in the log.
+    """
+    for monitor in tuple(monitors):
+        try:
+            call(monitor)
+        except Exception as error:
+            monitors.remove(monitor)
+            name = type(monitor).__name__
+            with run.files.logged():
+                run.files.warn(
+                    {
+                        f"failed monitor {name}": f"t = {run.scenario.time:.6g} s: {name} failed "
+                        f"and no longer follows the run, which continues ({error!r})"
+                    }
+                )
+                log.info("traceback of %s", name, exc_info=error)
 
 
 class Batch:
@@ -168,7 +189,7 @@ class Batch:
         self.reader.update()
         with run.files.logged():
             run.begin_step(control)
-            run.files.warn(earlier.jumps(run.scenario))
+            run.files.warn(earlier.changes_by_hand | earlier.jumps(run.scenario))
 
     @property
     def running(self) -> list[Run]:
@@ -211,11 +232,10 @@ class Batch:
                     self.runs[s].write_due()
                 raise error
         self.write_due()
-        for monitor in monitors:
-            monitor.start(self.runs[0])
+        watched, attached = self.runs[0], list(monitors)
+        call_monitors(attached, watched, lambda monitor: monitor.start(watched))
         while running := self.running:
-            for monitor in monitors:
-                monitor.update(self.runs[0], asked)
+            call_monitors(attached, watched, lambda monitor: monitor.update(watched, asked))
             if asked:
                 self._interrupt(signal.Signals(asked[0]).name)
             self.do_blocks()
@@ -231,8 +251,7 @@ class Batch:
             if since >= min(run.output.checkpoint_interval for run in running):
                 self.checkpoint()
                 last_checkpoint = time.monotonic()
-        for monitor in monitors:
-            monitor.update(self.runs[0], asked)
+        call_monitors(attached, watched, lambda monitor: monitor.update(watched, asked))
 
     def do_blocks(self) -> None:
         """Advance each run by a block of increments, with the guards, rows and frames due then."""

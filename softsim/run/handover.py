@@ -28,7 +28,7 @@ from softsim.output.folder import (
     read_summary,
     replacing,
 )
-from softsim.run.record import Progress
+from softsim.run.record import CHANGED_BY_HAND, Progress
 from softsim.scene.steps import Step
 from softsim.solver.explicit import Scenario
 
@@ -51,6 +51,12 @@ class EarlierStep:
     @property
     def _progress(self) -> Progress:
         return Progress.written(self.checkpoint.progress)
+
+    @property
+    def changes_by_hand(self) -> dict[str, str]:
+        """Warnings (kind -> text) about loads changed by hand in this step or an earlier one."""
+        warnings = self._progress.warnings.items()
+        return {kind: text for kind, text in warnings if kind.startswith(CHANGED_BY_HAND)}
 
     def _state_for(self, model: Model) -> dict[str, np.ndarray]:
         return renumbered(self.checkpoint.state, self.model.load_names, model.load_names)

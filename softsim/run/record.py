@@ -27,6 +27,9 @@ from softsim.solver.schedule import StableStepSchedule
 
 log = logging.getLogger("softsim")
 
+CHANGED_BY_HAND = "changed by hand"
+"""Start of the kinds of warnings about loads changed by hand, which later steps inherit."""
+
 
 @dataclass
 class Progress:

@@ -24,7 +24,7 @@ from softsim.loads.rotor import Rotor, RotorForce
 from softsim.model import Model
 from softsim.output.folder import Checkpoint
 from softsim.output.observation import Pose, frame_pose, wall_forces
-from softsim.run.batch import Batch, Monitor
+from softsim.run.batch import Batch, Monitor, call_monitors
 from softsim.run.commands import LoadCommands, number
 from softsim.run.gradient import Parameter, derivatives
 from softsim.run.record import MemoryRecord
@@ -427,11 +427,16 @@ class Simulation:
         Parameters
         ----------
         monitor : Monitor
-            Its `start` is called now, its `update` after each block of increments of `step`.
+            Its `start` is called now, its `update` after each block of increments of `step`. If an
+            `update` raises an error, a warning is logged and the monitor is called no more.
         """
         self._refuse_stale()
         monitor.start(self._run)
         self._monitors.append(monitor)
+
+    def _update_monitors(self, signals: Sequence[int]) -> None:
+        run = self._run
+        call_monitors(self._monitors, run, lambda monitor: monitor.update(run, signals))
 
     # --- back to an earlier moment ---------------------------------------------------------------
 
@@ -653,8 +658,7 @@ def _step_together(simulations: Sequence[Simulation], durations: Sequence[float]
                 )
             _advance(behind)
             for simulation in behind:
-                for monitor in simulation._monitors:
-                    monitor.update(simulation._run, signals)
+                simulation._update_monitors(signals)
 
 
 def _advance(simulations: Sequence[Simulation]) -> None:

@@ -6,6 +6,7 @@ import yaml
 from solids import cup, finger, plate, two_blocks
 
 from softsim.builder import build_model
+from softsim.mesh.reading import MILLIMETRE, read_mesh
 from softsim.output.history import read_history
 from softsim.scene.loading import load_scene
 
@@ -45,6 +46,15 @@ def test_a_scene_that_exists_is_kept(tmp_path, mesh):
     (tmp_path / "plate.yaml").write_text(changed)
     assert "was not changed" in mesh("plate.step", "--size", "4mm")
     assert (tmp_path / "plate.yaml").read_text() == changed
+
+
+def test_the_new_mesh_is_printed_whatever_the_scene_contains(tmp_path, mesh):
+    plate(tmp_path / "plate.step")
+    (tmp_path / "plate.yaml").write_text("bodies: {other: {mesh: {file: missing.msh}}}\n")
+    output = mesh("plate.step", "--size", "5mm")
+    made = read_mesh(tmp_path / "plate.msh", MILLIMETRE).mesh
+    assert f"{len(made.points)} nodes, {len(made.cells)} tetrahedra" in output
+    assert "z_max" in output and "other" not in output
 
 
 def test_a_pocket_is_held_at_its_opening(tmp_path, mesh):

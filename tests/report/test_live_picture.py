@@ -2,6 +2,7 @@
 
 import re
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -137,6 +138,27 @@ def test_a_body_in_space_is_drawn_by_its_surface_between_its_walls(server, box_r
     [walls] = corners(stage, "walls").values()
     assert walls[..., 1].min() == pytest.approx(-9.0, abs=0.1)  # pipe
     assert (np.abs(walls[..., 1] + 1.0).max(axis=1) < 1e-4).sum() == 2  # floor
+
+
+def test_a_rigid_body_beside_the_body_in_space_is_in_the_picture(server, box_run):
+    frames = only(read_frames(box_run / RESULTS), 0)
+    alone = LivePicture(server, frames)
+    alone.draw(frames, "stretch", False)
+    near = np.linalg.norm(server.initial_camera.position)
+    far = 40.0 * np.array([0.0, 0.0, 1.0])  # mm
+    described = frames.described | {
+        "rigid_faces": np.array([[0, 1, 2]]), "rigid_vertex_bodies": np.zeros(3),
+        "rigid_vertices": 1e-3 * np.eye(3),
+    }  # fmt: skip
+    pose = SeriesInMemory([np.array([[*(far / MILLI), 1.0, 0.0, 0.0, 0.0]])])
+    beside = replace(frames, described=described, extra={**frames.extra, "frame_pose": pose})
+    stage = LivePicture(server, beside)
+    stage.draw(beside, "stretch", False)
+    [drawn_there] = corners(stage, "rigid").values()
+    np.testing.assert_allclose(np.sort(drawn_there[0], axis=0), far + np.sort(np.eye(3), axis=0))
+    assert stage.centre[2] - alone.centre[2] == pytest.approx(0.5 * (41.0 - 4.0))
+    assert np.linalg.norm(server.initial_camera.position) > 2.0 * near
+    assert max(found[..., 2].max() for found in corners(stage, "walls").values()) > 41.0
 
 
 def test_the_picture_can_follow_the_body(server, strip_run):

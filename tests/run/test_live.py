@@ -1,5 +1,6 @@
 """Live view of runs and simulations: same results untouched, pause, steps, sliders, warnings."""
 
+import io
 import sys
 import threading
 import time
@@ -7,6 +8,7 @@ import time
 import numpy as np
 import pytest
 from batches import PRESSED_BLOCK
+from rich.console import Console
 
 from softsim.errors import SimulationError
 
@@ -148,17 +150,111 @@ def test_a_run_changed_by_hand_says_so_in_its_summary(run, write_scene, tmp_path
     assert text in (tmp_path / "run" / "run.log").read_text()
 
 
-def test_each_step_of_a_scene_starts_the_view_anew(
-    write_scene, kernel_cache, monkeypatch, tmp_path
-):
+@pytest.fixture
+def run_steps(write_scene, kernel_cache, monkeypatch, tmp_path):
+    """Run three steps of the pressed block into a folder of that name: results by step."""
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
-    from softsim.live import LiveView
-    from softsim.run import run_steps
+    from softsim.run import run_steps as run_them
     from softsim.scene.steps import load_steps
 
-    steps = "steps:\n  press: {time: {end: 2 ms}}\n  release: {time: {end: 2 ms}}\n"
-    scene = write_scene(PRESSED_BLOCK.replace("time: {end: 20 ms}\n", "") + steps)
+    times = "".join(f"  {name}: {{time: {{end: 2 ms}}}}\n" for name in ("press", "hold", "release"))
+    text = PRESSED_BLOCK.replace("time: {end: 20 ms}\n", "") + "steps:\n" + times
+
+    def quiet(out, *overrides, **options):
+        options = {"console": Console(file=io.StringIO())} | options
+        steps = load_steps(write_scene(text), overrides)
+        return run_them(steps, tmp_path / out, "cpu", threads=1, **options)
+
+    return quiet
+
+
+class Hand:
+    """Monitor that sets the pressure in a live view before the first block of the given steps."""
+
+    def __init__(self, shown, *starts):
+        self.shown, self.starts = shown, starts
+
+    def start(self, run):
+        self.shown.start(run)
+        if any(abs(run.model.start_time - start) < 1e-4 for start in self.starts):
+            self.shown.shown.sliders["air"].move(1.0)
+
+    def update(self, run, signals):
+        self.shown.update(run, signals)
+
+
+def test_each_step_starts_the_view_anew_and_inherits_warnings(run_steps, tmp_path):
+    from softsim.live import LiveView
+
+    def by_hand(results):
+        return {
+            name: [w for w in found.summary["warnings"] if "by hand" in w]
+            for name, found in results.items()
+        }
+
     with LiveView() as shown:
-        run_steps(load_steps(scene), tmp_path / "steps", "cpu", threads=1, monitors=[shown])
-        assert shown.shown.run.scenario.time == pytest.approx(4e-3)
-        assert shown.shown.curve.rows[0]["time"] >= 2e-3 * 0.99
+        found = by_hand(run_steps("changed", monitors=[Hand(shown, 2e-3, 4e-3)]))
+        assert shown.shown.run.scenario.time == pytest.approx(6e-3)
+        assert shown.shown.curve.rows[0]["time"] >= 4e-3 * 0.99
+    first, second = found["release"]
+    assert first.startswith("t = 0.002")
+    assert second.startswith("t = 0.004")
+    assert "the load 'air' was changed by hand in the live view" in first
+    assert found == {"press": [], "hold": [first], "release": [first, second]}
+    assert first in (tmp_path / "changed/3_release/run.log").read_text()
+
+    faster = "steps.release.loads.motor.frequency=120 Hz"
+    taken = run_steps("taken", faster, source=tmp_path / "changed")
+    assert "taken_from" in taken["hold"].summary and "taken_from" not in taken["release"].summary
+    assert by_hand(taken) == {"press": [], "hold": [first], "release": [first]}
+
+
+class Broken:
+    """Monitor that raises an error in an update after a time [s]."""
+
+    def __init__(self, after):
+        self.after, self.calls = after, 0
+
+    def start(self, run):
+        pass
+
+    def update(self, run, signals):
+        self.calls += 1
+        if run.scenario.time > self.after:
+            raise ValueError("cannot reshape array")
+
+
+class BrokenAtStart(Broken):
+    """Monitor that raises an error at its start."""
+
+    def start(self, run):
+        raise KeyError("edges")
+
+
+def test_a_run_goes_on_without_a_monitor_that_fails(run, write_scene, tmp_path):
+    plain = run(write_scene(PRESSED_BLOCK), out=tmp_path / "plain", threads=1)
+    monitors = [BrokenAtStart(0.0), Broken(8e-3), Broken(1.0)]
+    found = run(write_scene(PRESSED_BLOCK), out=tmp_path / "run", threads=1, monitors=monitors)
+    assert found.summary["status"] == "done"
+    for name, column in plain.history.items():
+        np.testing.assert_array_equal(found.history[name], column, err_msg=name)
+    early, late, whole = (monitor.calls for monitor in monitors)
+    assert early == 0 < late < whole
+    first, second = (w for w in found.summary["warnings"] if "Broken" in w)
+    assert "BrokenAtStart failed and no longer follows the run, which continues" in first
+    assert "KeyError('edges')" in first and "ValueError('cannot reshape array')" in second
+    logged = (tmp_path / "run/run.log").read_text()
+    assert 'raise ValueError("cannot reshape array")' in logged  # with the place in the code
+
+
+def test_a_simulation_goes_on_without_a_monitor_that_fails(simulate):
+    simulation, _ = simulate()
+    broken = Broken(3e-3)
+    simulation.watch(broken)
+    simulation.step(6e-3)
+    assert simulation.time >= 6e-3
+    [text] = simulation.record.warnings.values()
+    assert "ValueError('cannot reshape array')" in text and text.startswith("t = 0.00")
+    calls = broken.calls
+    simulation.step(1e-3)
+    assert broken.calls == calls
