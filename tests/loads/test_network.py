@@ -168,6 +168,7 @@ def courses(restart):
         for s, (name, (_, end, _)) in enumerate(CASES.items()):
             rows = (np.array([sample[k][s] for sample in samples]) for k in range(4))
             CACHE[name] = Course(end * (np.arange(SAMPLES) + 1) / SAMPLES, *rows)
+        assert not rig.state()["unsolved"].any()
     return CACHE
 
 
