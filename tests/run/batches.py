@@ -1,4 +1,4 @@
-"""A strip that falls on a floor, a block that is pressed, and what runs of them leave behind."""
+"""Scenes of a falling strip, a pressed block and an inflated tube, and helpers for their runs."""
 
 import json
 
@@ -36,6 +36,27 @@ environment: {walls: {floor: {kind: plane}}}
 contact: {friction_coefficient: 0}
 time: {end: 20 ms}
 output: {history_interval: 1 ms, frame_interval: 10 ms}
+"""
+
+INFLATED_TUBE = """
+title: A bottle and a regulator inflate a tube, which a pulsed valve vents
+bodies:
+  tube: {mesh: {generator: block, length: 1 mm, height: 5 mm, element_size: 1 mm},
+         formulation: axisymmetric, material: dragon_skin_10, position: [4 mm, 0 mm],
+         fixed: [bottom, top]}
+pneumatics:
+  nodes:
+    bottle: {kind: vessel, volume: 0.2 ml, pressure: 10 kPa}
+    supply: {kind: regulator, flow: 20 ml/s, relieving: true,
+             profile: {kind: table, points: [[0 s, 0 kPa], [6 ms, 8 kPa], [12 ms, 1 kPa]]}}
+    chamber: {kind: chamber, facets: [tube.left]}
+  edges:
+    filling: {kind: tube, between: [bottle, chamber], length: 10 cm, bore: 0.6 mm}
+    feed: {kind: valve, between: [supply, chamber], flow: 10 ml/s, pressure: 10 kPa}
+    vent: {kind: valve, between: [chamber, ambient], flow: 10 ml/s, pressure: 10 kPa, pulses: 300 Hz,
+           opening: {kind: ramp, value: 0.6, duration: 10 ms}}
+time: {end: 12 ms, settle: 1 s}
+output: {history_interval: 0.5 ms, frame_interval: 5 ms}
 """
 
 

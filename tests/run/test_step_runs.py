@@ -2,15 +2,16 @@
 
 import io
 import json
+import signal
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from batches import PRESSED_BLOCK
+from batches import INFLATED_TUBE, PRESSED_BLOCK
 from rich.console import Console
 
 from softsim.compute.machine import Choice
-from softsim.errors import OutputError, SceneError, StabilityError
+from softsim.errors import Interrupted, OutputError, SceneError, StabilityError
 from softsim.output.folder import read_checkpoint
 from softsim.run.handover import fitting_steps
 from softsim.scene.steps import load_steps
@@ -59,6 +60,11 @@ UNTIL = (
     .replace("end: 30 ms", "end: 30 ms, reach: {}")
 )
 
+TUBE_IN_TWO = INFLATED_TUBE.replace(
+    "time: {end: 12 ms, settle: 1 s}",
+    "steps: {inflate: {time: {end: 5.2 ms, settle: 1 s}}, vent: {time: {end: 6.8 ms}}}",
+)
+
 
 @pytest.fixture
 def run_steps(write_scene, kernel_cache, monkeypatch, tmp_path):
@@ -84,6 +90,64 @@ def test_two_steps_in_which_nothing_changes_are_one_run(run_steps, run, write_sc
         moved = np.ptp(whole[name])
         assert then[name][-1] == pytest.approx(whole[name][-1], abs=2e-3 * moved), name
     assert then["energy_error"].max() < 1e-3
+
+
+class StopAt:
+    """Monitor that stops a run, as a user does, once it has reached a time [s]."""
+
+    def __init__(self, time):
+        self.time = time
+
+    def start(self, run):
+        """Do nothing."""
+
+    def update(self, run, signals):
+        if run.scenario.time >= self.time and not signals:
+            signal.raise_signal(signal.SIGTERM)
+
+
+def test_network_over_two_steps(run_steps, run, write_scene, tmp_path):
+    """Check that contents and time continue in the second step, also if it is interrupted."""
+    whole = run(write_scene(INFLATED_TUBE), out=tmp_path / "whole").history
+    found = run_steps(TUBE_IN_TWO)
+    assert "jumps" not in found.told
+    inflate, vent = (found.of[name].history for name in ("inflate", "vent"))
+    nodes = {"bottle": "line_pressure", "supply": "line_pressure", "chamber": "pressure"}
+
+    # Bodies have settled: the contents are those of the volumes at t = 0.
+    ambient = 101325.0
+    for node, prefix in nodes.items():
+        pressure = 10e3 if node == "bottle" else 0.0
+        assert inflate[f"{prefix}_{node}"][0] == pytest.approx(pressure, abs=1e-9)
+        content = inflate[f"volume_{node}"][0] * (ambient + pressure) / ambient
+        assert inflate[f"content_{node}"][0] == pytest.approx(content, rel=1e-14)
+
+    # All columns of the state are continuous, and what flows in and out is the change of content.
+    for node, prefix in nodes.items():
+        for column in (f"{prefix}_{node}", f"volume_{node}", f"content_{node}"):
+            assert vent[column][0] == pytest.approx(inflate[column][-1], rel=1e-12), column
+    total, gained = [], []
+    for history in (inflate, vent):
+        total.append(sum(history[f"content_{node}"] for node in nodes))
+        inflow = history["supply_supply"] - history["flow_vent"]
+        gained.append(inflow[1:] * np.diff(history["time"]))
+    change = np.concatenate(total)[-1] - total[0][0]
+    assert change == pytest.approx(np.concatenate(gained).sum(), rel=1e-9)
+    assert np.ptp(np.concatenate(total)) > 0.02 * total[0][0]
+
+    # The run in one step has other last increments of 5.2 ms alone.
+    for column in ("pressure_chamber", "content_chamber", "line_pressure_bottle", "flow_vent"):
+        assert vent[column][-1] == pytest.approx(
+            whole[column][-1], abs=1e-3 * np.ptp(whole[column])
+        ), column
+
+    with pytest.raises(Interrupted):
+        run_steps(TUBE_IN_TWO, out="parts", monitors=[StopAt(8e-3)])
+    resumed = run_steps(TUBE_IN_TWO, out="parts", resume=True)
+    assert resumed.told.count("is done") == 1
+    for step in ("1_inflate", "2_vent"):
+        histories = [(tmp_path / out / step / "history.csv").read_bytes() for out in ("out", "parts")]
+        assert histories[0] == histories[1], step
 
 
 def test_a_step_after_a_static_one_begins_at_rest(run_steps):
