@@ -1,4 +1,4 @@
-"""Scenes of a falling strip, a pressed block and an inflated tube, and helpers for their runs."""
+"""Scenes of a strip, of blocks and of a tube, and helpers for their runs."""
 
 import json
 
@@ -57,6 +57,28 @@ pneumatics:
            opening: {kind: ramp, value: 0.6, duration: 10 ms}}
 time: {end: 12 ms, settle: 1 s}
 output: {history_interval: 0.5 ms, frame_interval: 5 ms}
+"""
+
+SLIDING_BLOCK = """
+title: A block slides on another one, up to a stop
+bodies:
+  lower: {mesh: {generator: block, length: 8 mm, height: 2 mm, element_size: 1 mm},
+          formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10,
+          position: [1.2 mm, 0 mm], fixed: [bottom]}
+  stop: {mesh: {generator: block, length: 2 mm, height: 3 mm, element_size: 1 mm},
+         formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10,
+         position: [7 mm, 3 mm], fixed: [right]}
+  slider: {mesh: {generator: block, length: 2 mm, height: 2 mm, element_size: 1 mm},
+           formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10,
+           position: [0.3 mm, 2.05 mm]}
+environment: {gravity: 0 m/s^2}
+contact: {self_contact: [lower, stop, slider], friction_coefficient: 0.2}
+loads:
+  down: {kind: body_force, bodies: [slider], density: [0 N/m^3, -150000 N/m^3]}
+  air: {kind: follower_pressure, facets: [slider.left],
+        profile: {kind: table, points: [[0 s, 0 Pa], [5 ms, 0.5 kPa]]}}
+time: {end: 12 ms}
+output: {history_interval: 0.5 ms, probes: {slider: {kind: displacement, nodes: slider.right}}}
 """
 
 

@@ -40,3 +40,11 @@ def run(kernel_cache, monkeypatch):
         return run_scene(scene, overrides, out, "cpu", **options)
 
     return quiet
+
+
+@pytest.fixture
+def short_lists(monkeypatch):
+    """Lists of facets near a node that are full as soon as SLIDING_BLOCK reaches its stop."""
+    from softsim.contact import neighbour_lists
+
+    monkeypatch.setattr(neighbour_lists, "MOST_FACETS", {2: 11})

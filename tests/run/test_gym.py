@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from batches import PRESSED_BLOCK
+from batches import PRESSED_BLOCK, SLIDING_BLOCK
 
 from softsim.errors import SimulationError
 
@@ -138,6 +138,34 @@ def test_a_vector_env_is_gymnasium_s_of_its_simulations_and_each_is_as_alone(vec
                 step = lone.step(action)[:4]
             over = step[2] or step[3]
             same_steps(step, [values[number] for values in found[1 + k][:4]])
+
+
+def test_an_episode_after_a_full_neighbour_list(
+    write_scene, kernel_cache, monkeypatch, short_lists
+):
+    """Check that the episode after the failure equals the one before it."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    pytest.importorskip("gymnasium")
+    from softsim import Simulation
+    from softsim.gym import PressureEnv
+
+    simulation = Simulation(write_scene(SLIDING_BLOCK), (), "cpu", 1)
+    env = PressureEnv(
+        simulation, "air", 0.0, 2e3, 2e-3, ("slider_x", "slider_y", "friction_dissipation"),
+        "slider_x",
+    )  # fmt: skip
+
+    def episode(actions):
+        return [env.reset(), *(env.step(np.array([action])) for action in actions)]
+
+    gentle = [-0.9, -0.8, -0.9]
+    before, failing, after = episode(gentle), episode([1.0, 1.0, 1.0]), episode(gentle)
+    assert [step[2] for step in failing[1:]] == [False, False, True]
+    assert "too many facets" in failing[-1][4]["failure"]
+    for one, other in zip(before, after, strict=True):
+        same_steps(one, other)
+    slid, _, rubbed = before[-1][0]
+    assert slid > 0.3e-3 and rubbed > before[-2][0][2] > 0.0
 
 
 def test_a_vector_env_refuses_static_scenes_and_counts():

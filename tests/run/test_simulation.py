@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from batches import PRESSED_BLOCK
+from batches import PRESSED_BLOCK, SLIDING_BLOCK
 
 from softsim.errors import SceneError, SimulationError, StabilityError
 
@@ -135,6 +135,46 @@ def test_a_guard_stops_a_simulation_as_a_run(simulate, run, write_scene, tmp_pat
     with pytest.raises(SimulationError, match="another simulation") as ended:
         simulation.reset()
     assert "make a new Simulation" in str(ended.value)
+
+
+def test_members_of_a_batch_with_self_contact(write_scene, kernel_cache, monkeypatch, short_lists):
+    """Check that a restored member, one reset after a full list, and the other one run as alone."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim import Simulation, SimulationBatch
+
+    scene = write_scene(SLIDING_BLOCK)
+    batch = SimulationBatch(scene, 2, (), "cpu", 1)
+    first, second = batch.simulations
+    first.set_load("air", 2e3, within=2e-3)
+    batch.step(2e-3)
+    saved = first.save()
+    batch.step(4e-3)
+    assert "too many facets" in str(first.failure) and second.failure is None
+    first.restore(saved)
+    first.set_load("air", -4e3, within=1e-3)  # pulled back, so that it does not reach the stop
+    batch.step([3e-3, 0.0])
+    restored = first.history
+    first.reset()
+    first.set_load("air", 0.1e3)
+    batch.step([5e-3, 1e-3])
+    reset, other = first.history, second.history
+    assert second.time > 6e-3 and first.failure is None is second.failure
+    for history in (restored, reset, other):  # bodies touch to the end
+        assert (np.diff(history["friction_dissipation"])[-3:] > 0.0).all()
+
+    alone = Simulation(scene, (), "cpu", 1)  # which ends the batch
+    alone.set_load("air", 2e3, within=2e-3)
+    alone.step(2e-3)
+    alone.set_load("air", -4e3, within=1e-3)
+    alone.step(3e-3)
+    same(alone.history, restored)
+    alone.reset()
+    alone.set_load("air", 0.1e3)
+    alone.step(5e-3)
+    same(alone.history, reset)
+    alone.reset()
+    alone.step(7e-3)
+    same(alone.history, other)
 
 
 def test_what_is_no_scene_is_refused():

@@ -146,7 +146,9 @@ def test_network_over_two_steps(run_steps, run, write_scene, tmp_path):
     resumed = run_steps(TUBE_IN_TWO, out="parts", resume=True)
     assert resumed.told.count("is done") == 1
     for step in ("1_inflate", "2_vent"):
-        histories = [(tmp_path / out / step / "history.csv").read_bytes() for out in ("out", "parts")]
+        histories = [
+            (tmp_path / out / step / "history.csv").read_bytes() for out in ("out", "parts")
+        ]
         assert histories[0] == histories[1], step
 
 
