@@ -53,8 +53,8 @@ pneumatics:
   edges:
     filling: {kind: tube, between: [bottle, chamber], length: 10 cm, bore: 0.6 mm}
     feed: {kind: valve, between: [supply, chamber], flow: 10 ml/s, pressure: 10 kPa}
-    vent: {kind: valve, between: [chamber, ambient], flow: 10 ml/s, pressure: 10 kPa, pulses: 300 Hz,
-           opening: {kind: ramp, value: 0.6, duration: 10 ms}}
+    vent: {kind: valve, between: [chamber, ambient], flow: 10 ml/s, pressure: 10 kPa,
+           pulses: 300 Hz, opening: {kind: ramp, value: 0.6, duration: 10 ms}}
 time: {end: 12 ms, settle: 1 s}
 output: {history_interval: 0.5 ms, frame_interval: 5 ms}
 """

@@ -34,7 +34,8 @@ LIQUID = [
 # From 3 ms on, round-off prevents the pressure of the junction behind the valve from being found.
 UNSOLVABLE = [
     "pneumatics.edges.feed.flow=1e15 ml/s",
-    "pneumatics.edges.feed.opening={kind: table, points: [[0 s, 1e-14], [3 ms, 1e-14], [3.1 ms, 1]]}",
+    "pneumatics.edges.feed.opening={kind: table, "
+    "points: [[0 s, 1e-14], [3 ms, 1e-14], [3.1 ms, 1]]}",
     "output.history_interval=0.5 ms",
 ]
 
