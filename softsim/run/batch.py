@@ -53,7 +53,8 @@ def new_solver(models: list[Model], choice: Choice) -> tuple[ExplicitSolver, Ene
 
 
 class ReusedSolver:
-    """Maker of solvers that reuses the last one if the next models have the same structure.
+    """Maker of solvers that reuses the last one if the next models differ from its models in
+    numbers only.
 
     That saves the start of Taichi and the tracing and loading of kernels. Results have the same
     bits as those of a new solver. The batch before must have ended.
@@ -67,26 +68,13 @@ class ReusedSolver:
         if self._last is not None:
             chosen, device, solver, reader = self._last
             is_there = chosen == choice and backend.device() is device
-            if is_there and self.takes(solver, models):
+            if is_there and solver.take_models(models):
                 return solver, reader
-        self._last = None
+            self._last = None
+            del solver, reader  # their memory is free before that of the next one is taken
         solver, reader = new_solver(models, choice)
         self._last = choice, backend.device(), solver, reader
         return solver, reader
-
-    def takes(self, solver: ExplicitSolver, models: list[Model]) -> bool:
-        """Replace the models of a solver; return False if they have another structure."""
-        return solver.take_models(models)
-
-
-class VariedSolver(ReusedSolver):
-    """Maker of solvers for models of one scene of which only numbers vary, one at a time.
-
-    Static models share a solver as long as their meshes have the same elements.
-    """
-
-    def takes(self, solver: ExplicitSolver, models: list[Model]) -> bool:
-        return solver.take_variation(models[0])
 
 
 class Monitor(Protocol):

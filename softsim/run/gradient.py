@@ -286,7 +286,7 @@ class Elsewhere:
 
     def _solver_of(self, model: Model) -> tuple[ExplicitSolver, EnergyReader]:
         """Return the lent solver with the model, or a new one if its kernels do not fit."""
-        if self.solver.take_variation(model):
+        if self.solver.take_models([model]):
             return self.solver, self.reader
         solver = ExplicitSolver([model])
         reader = EnergyReader(solver)

@@ -62,8 +62,7 @@ class EnergyReader:
 
     Most energies are not stored in fields: they follow from stretches, gaps and velocities.
     readings (scenarios, 8) [J]: in the order of Energies; in_parts (scenarios, parts, 8): the
-    partial sums of each. rests: for each scenario, True if its states are equilibria, which have no
-    kinetic energy.
+    partial sums of each.
     """
 
     def __init__(self, solver: ExplicitSolver) -> None:
@@ -72,7 +71,11 @@ class EnergyReader:
         self.serially, self.parts = backend.device().name == "cpu", backend.device().parts
         self.in_parts = np.zeros((solver.scenarios, self.parts, 8))
         self.readings = self.in_parts.sum(axis=1)
-        self.rests = [model.takes_load_steps for model in solver.models]
+
+    @property
+    def rests(self) -> list[bool]:
+        """For each scenario, True if its states are equilibria, which have no kinetic energy."""
+        return [model.takes_load_steps for model in self.solver.models]
 
     def update(self) -> None:
         """Compute the current energies of all scenarios, which `of_scenario` returns."""

@@ -145,44 +145,12 @@ class ExplicitSolver:
     def take_models(self, models: list[Model]) -> bool:
         """Replace the models, reusing memory and compiled kernels, and reset the state.
 
+        Numbers may differ: material constants, dimensions of a mesh with the same elements, loads.
         Returns False if the kernels do not fit the models because their structure or the number of
         scenarios differs. The solver must not be used any more then.
         """
-        first = self.models[0]
-        if len(models) != self.scenarios or not all(map(first.can_share, models)):
+        if len(models) != self.scenarios:
             return False
-        return self._refill(models)
-
-    def take_variation(self, model: Model) -> bool:
-        """Replace the only model by one of the same scene with other numbers, as `take_models`.
-
-        Material constants, dimensions of the same mesh and loads may differ.
-        """
-        return self.scenarios == 1 and self._refill([model])
-
-    @contextmanager
-    def lent(self) -> Iterator[None]:
-        """Return to the present model and state at the end of the block.
-
-        The block may take variations of the model.
-        """
-        clocks = ("time_increments", "increment_counts", "block_starts", "done_in_block")
-        kept = {name: getattr(self, name).copy() for name in clocks}
-        times, load_times = self.times, self.load_times  # often one array
-        before = times.copy(), load_times.copy()
-        models, terms, state = self.models, self.terms, self.state()
-        try:
-            yield
-        finally:
-            self._refill(models)
-            self.models, self.terms = models, terms  # what refers to these terms stays valid
-            self.restore(state, 0.0, 0, float(kept["time_increments"][0]))
-            for name, values in kept.items():
-                setattr(self, name, values)
-            self.times, self.load_times = times, load_times
-            times[:], load_times[:] = before
-
-    def _refill(self, models: list[Model]) -> bool:
         try:
             with fields.refilled(self._made, self._made_by_terms):
                 terms = Terms(models)
@@ -193,6 +161,28 @@ class ExplicitSolver:
         self.models, self.terms = models, terms
         self._reset_clocks()
         return True
+
+    @contextmanager
+    def lent(self) -> Iterator[None]:
+        """Return to the present model and state at the end of the block.
+
+        The block may take other models.
+        """
+        clocks = ("time_increments", "increment_counts", "block_starts", "done_in_block")
+        kept = {name: getattr(self, name).copy() for name in clocks}
+        times, load_times = self.times, self.load_times  # often one array
+        before = times.copy(), load_times.copy()
+        models, terms, state = self.models, self.terms, self.state()
+        try:
+            yield
+        finally:
+            self.take_models(models)
+            self.models, self.terms = models, terms  # what refers to these terms stays valid
+            self.restore(state, 0.0, 0, float(kept["time_increments"][0]))
+            for name, values in kept.items():
+                setattr(self, name, values)
+            self.times, self.load_times = times, load_times
+            times[:], load_times[:] = before
 
     @property
     def time(self) -> float:

@@ -303,15 +303,11 @@ def _fault(job: Job) -> Exception | None:
 
 
 def _run_elements(job: Job) -> None:
-    from softsim.run.batch import ReusedSolver, VariedSolver
     from softsim.run.scenes import run_case
 
-    loaded = scene_of(job)
-    # Trials by derivatives are static cases of which only numbers vary.
-    kind = ReusedSolver if loaded.scene.output.derivatives is None else VariedSolver
     run_case(
-        loaded, job.folder, chosen_device(job.device), _goes_on(job), job.stop_conditions,
-        _files_of(job), _maker_of_worker(kind),
+        scene_of(job), job.folder, chosen_device(job.device), _goes_on(job), job.stop_conditions,
+        _files_of(job), _solver_maker(),
     )  # fmt: skip
 
 
@@ -323,9 +319,11 @@ def _files_of(job: Job) -> "type[RunFiles]":
 
 
 @cache
-def _maker_of_worker(kind: "type[ReusedSolver]") -> "ReusedSolver":
+def _solver_maker() -> "ReusedSolver":
     """Return the maker of this process's solvers: a case reuses that of the previous case."""
-    return kind()
+    from softsim.run.batch import ReusedSolver
+
+    return ReusedSolver()
 
 
 def _run_chain(job: Job) -> None:

@@ -31,15 +31,19 @@ CASES = {
 
 
 @pytest.fixture
-def scenes(write_scene, kernel_cache, monkeypatch):
-    """The cases' scenes, by name, with further settings."""
+def scene_file(write_scene, kernel_cache, monkeypatch):
+    """The file of the scene."""
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    return write_scene(SCENE)
+
+
+@pytest.fixture
+def scenes(scene_file):
+    """The cases' scenes, by name, with further settings."""
     from softsim.scene.loading import load_scene
 
-    path = write_scene(SCENE)
-
     def load(*names, further=()):
-        return [load_scene(path, [*CASES[name], *further]) for name in names]
+        return [load_scene(scene_file, [*CASES[name], *further]) for name in names]
 
     return load
 
@@ -88,33 +92,89 @@ def test_two_into_one_folder_are_one_and_a_refusal(scenes, tmp_path):
     assert isinstance(second, OutputError) and "is using the folder" in second.message
 
 
-@pytest.mark.physics
-def test_a_reused_solver_gives_the_bytes_of_a_new_one(scenes, tmp_path):
-    """After a case that was torn; another structure gets a new solver."""
-    from softsim.run.batch import ReusedSolver, new_solver
+FROM_A_REUSED_SOLVER = {
+    "rough": CASES["rough"],
+    "thick": ["bodies.block.thickness=6 mm"],
+    "soft": ["bodies.block.material=ecoflex_00_50"],
+    "long": ["bodies.block.mesh.length=4.2 mm"],
+    "held": ["bodies.block.fixed=[left]"],
+    "weak contact": ["contact.penalty_stiffness=2 kN/m"],
+    "low": ["environment.walls.floor.point=[0 mm, -1.01 mm]"],
+}
+FROM_A_NEW_SOLVER = {
+    "fine": ["bodies.block.mesh.element_size=0.9 mm"],
+    "walled": ["environment.walls.right={kind: plane, point: [2.1 mm, 0 mm], normal: [-1, 0]}"],
+}
+
+
+@pytest.fixture
+def reused(monkeypatch):
+    """A maker of solvers that counts those that it makes anew: `made`."""
+    from softsim.run import batch
+
+    class Counted(batch.ReusedSolver):
+        made = 0
+
+    maker, new_solver = Counted(), batch.new_solver
+
+    def counted(models, choice):
+        maker.made += 1
+        return new_solver(models, choice)
+
+    monkeypatch.setattr(batch, "new_solver", counted)
+    return maker
+
+
+def run_by(maker, path, overrides, folder):
+    """The bytes of the history of a case whose solver this maker makes."""
     from softsim.run.record import FramelessFiles
     from softsim.run.scenes import run_case
+    from softsim.scene.loading import load_scene
 
-    reused, solvers = ReusedSolver(), []
+    run_case(load_scene(path, overrides), folder, "cpu", False, (), FramelessFiles, maker)
+    assert not (folder / "results.vtkhdf").exists()
+    return (folder / "history.csv").read_bytes()
 
-    def make(models, choice):
-        made = reused(models, choice)
-        solvers.append(made[0])
-        return made
 
-    def run(scene, name, maker):
-        return run_case(scene, tmp_path / name, "cpu", False, (), FramelessFiles, maker)
+@pytest.mark.physics
+def test_a_reused_solver_gives_the_bytes_of_a_new_one(scene_file, reused, tmp_path):
+    """After a case that was torn; another structure gets a new solver."""
+    from softsim.run.batch import ReusedSolver
 
-    torn, rough = scenes("torn", "rough")
-    [thick] = scenes("rough", further=["bodies.block.thickness=6 mm"])
     with pytest.raises(StabilityError):
-        run(torn, "torn", make)
+        run_by(reused, scene_file, CASES["torn"], tmp_path / "torn")
     assert len(read_frames(tmp_path / "torn" / "results.vtkhdf")) == 1  # shows why
-    for name, scene in {"rough": rough, "thick": thick}.items():
-        run(scene, name, make)
-    assert solvers[0] is solvers[1] and solvers[1] is not solvers[2]
-    for name, scene in {"rough": rough, "thick": thick}.items():
-        run(scene, f"{name} anew", new_solver)
-        one, other = (tmp_path / folder / "history.csv" for folder in (name, f"{name} anew"))
-        assert one.read_bytes() == other.read_bytes()
-        assert not (tmp_path / name / "results.vtkhdf").exists()
+    (tmp_path / "torn" / "results.vtkhdf").unlink()
+    cases = FROM_A_REUSED_SOLVER | FROM_A_NEW_SOLVER
+    histories = {
+        name: run_by(reused, scene_file, overrides, tmp_path / name)
+        for name, overrides in cases.items()
+    }
+    assert reused.made == 1 + len(FROM_A_NEW_SOLVER)
+    assert len(set(histories.values())) == len(cases)
+    for name, overrides in cases.items():
+        anew = run_by(ReusedSolver(), scene_file, overrides, tmp_path / f"{name} anew")
+        assert anew == histories[name], name
+
+
+@pytest.mark.physics
+def test_static_cases_share_a_solver(scene_file, reused, tmp_path):
+    """By Newton's method, and by relaxation, which starts a new solver only if it comes first."""
+    from softsim.run.batch import ReusedSolver
+
+    static = ["environment.walls={}", "bodies.block.fixed=[left]", "time.procedure=static"]
+    cases = {
+        "stiff": static,
+        "soft": [*static, "bodies.block.material=ecoflex_00_50"],
+        "relaxed": [*static, "time.method=relaxation"],
+        "again": static,
+    }
+    histories = {
+        name: run_by(reused, scene_file, overrides, tmp_path / name)
+        for name, overrides in cases.items()
+    }
+    assert reused.made == 1
+    assert histories["again"] == histories["stiff"] != histories["soft"]
+    for name in ("soft", "relaxed"):
+        anew = run_by(ReusedSolver(), scene_file, cases[name], tmp_path / f"{name} anew")
+        assert anew == histories[name], name

@@ -14,8 +14,7 @@ from softsim.sweep import job
 @pytest.fixture
 def jobs(tmp_path, monkeypatch):
     """Two jobs whose scenes need no file; each run alone notes its folder."""
-    plain = SimpleNamespace(output=SimpleNamespace(derivatives=None))
-    monkeypatch.setattr(job, "scene_of", lambda job: SimpleNamespace(key=job.key, scene=plain))
+    monkeypatch.setattr(job, "scene_of", lambda job: SimpleNamespace(key=job.key))
     source = Source(tmp_path / "scene.yaml")
     return [job.Job(Case(k, source), f"key{k}", tmp_path / str(k)) for k in (1, 2)]
 

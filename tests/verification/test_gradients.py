@@ -67,12 +67,12 @@ def solve(kernel_cache, monkeypatch, write_scene):
     """Function that runs a static scene to its end and returns the run."""
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
     from softsim.compute.machine import choose
-    from softsim.run.batch import Batch, VariedSolver
+    from softsim.run.batch import Batch, ReusedSolver
     from softsim.run.record import MemoryRecord
     from softsim.run.scenes import ready_model
     from softsim.scene.loading import load_scene
 
-    choice, maker = choose("cpu", 1), VariedSolver()
+    choice, maker = choose("cpu", 1), ReusedSolver()
 
     def solved(text, *overrides):
         loaded = load_scene(write_scene(text), overrides)
