@@ -213,6 +213,9 @@ class Batch:
         self.write_due()
         for monitor in monitors:
             monitor.start(self.runs[0])
+        if not monitors:
+            for run in self.running:
+                run.gather_rows()
         while running := self.running:
             for monitor in monitors:
                 monitor.update(self.runs[0], asked)

@@ -495,12 +495,15 @@ class Scenario:
 
     def centre_of_mass(self) -> np.ndarray:
         """Return the centre of mass (d,) [m] of the meshed bodies."""
+        return self.centres_of_mass(self.positions()[None])[0]
+
+    def centres_of_mass(self, positions: np.ndarray) -> np.ndarray:
+        """Return the centres of mass (rows, d) [m] for nodal positions (rows, nodes, d) [m]."""
         mass = self.model.mass[: self.model.meshed_count]
-        moment = np.einsum(
-            "a,ai->i", mass, self.positions()[: len(mass)]
-        )  # not BLAS, whose last bits vary
-        centre: np.ndarray = moment / mass.sum()
-        return centre
+        # Not BLAS, whose last bits vary.
+        moments = np.einsum("a,rai->ri", mass, positions[:, : len(mass)])
+        centres: np.ndarray = moments / mass.sum()
+        return centres
 
     def peak_energies(self) -> list[np.ndarray | float]:
         """Return the largest energy density so far (m,) [J/m^3] of the model's regions.
