@@ -341,6 +341,18 @@ def write_row(field: ti.Field, row: int, values: np.ndarray | float) -> None:
     _place(field).row(row).write(values)
 
 
+class Row:
+    """One row of several fields, such as all impulses of one scenario."""
+
+    def __init__(self, fields: Sequence[ti.Field], row: int) -> None:
+        self.places = [_place(field).row(row) for field in fields]
+
+    def fill(self, value: float) -> None:
+        """Set all numbers to one value."""
+        for place in self.places:
+            place.write(value)
+
+
 class RowCopies:
     """Copies of one row of several fields, taken at several times.
 

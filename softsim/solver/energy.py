@@ -11,12 +11,14 @@ initial value.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from signal import Signals
 
 import numpy as np
 import taichi as ti
 
 from softsim.compute import backend, fields
+from softsim.compute.backend import Launch
 from softsim.compute.samples import Samples
 from softsim.errors import Interrupted, StabilityError
 from softsim.model import LOCAL_DAMPING, Model, Relaxation
@@ -78,9 +80,13 @@ class EnergyReader:
 
     def update(self) -> None:
         """Compute the current energies of all scenarios, which `of_scenario` returns."""
-        self._read(self.solver.time_increments, self.in_parts)
+        self._launch(self.solver.time_increments, self.in_parts)
         self.readings = self.in_parts.sum(axis=1)
         self.readings[self.rests, 2] = 0.0
+
+    @cached_property
+    def _launch(self) -> Launch:
+        return Launch(self._read, self.solver.time_increments, self.in_parts)
 
     def of_scenario(self, scenario: int) -> Energies:
         """Return the energies of a scenario at the last update."""

@@ -16,6 +16,7 @@ import numpy as np
 import taichi as ti
 
 from softsim.compute import backend, fields
+from softsim.compute.fields import Row
 from softsim.compute.machine import ComputeDevice, memory_of
 from softsim.compute.term import shares_kernels
 from softsim.elements.geometry import alike_regions
@@ -131,9 +132,10 @@ class ExplicitSolver:
             self.terms = Terms(models)
             self._made, self._made_by_terms = made, len(made.fields)
             self.kernels = IncrementKernels(self.terms, self.scenarios)
-            self.impulses = [f for term in self.terms.everything for f in term.impulses()]
             device = backend.device().name
             refuse_too_large(models[0], made.size, device, memory_of(device))
+        impulses = [field for term in self.terms.everything for field in term.impulses()]
+        self.impulses = [Row(impulses, s) for s in range(self.scenarios)]
         self._reset_clocks()
 
     def _reset_clocks(self) -> None:
@@ -277,8 +279,7 @@ class ExplicitSolver:
 
     def clear_impulses(self, s: int) -> None:
         """Set to zero the contact impulses that the history of scenario s averages."""
-        for impulse in self.impulses:
-            fields.write_row(impulse, s, 0.0)
+        self.impulses[s].fill(0.0)
 
     # --- increments ------------------------------------------------------------------------------
 
