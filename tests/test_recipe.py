@@ -11,8 +11,6 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from softsim.compute import fields
-
 SCENE = """
 bodies:
   far: {mesh: {generator: block, length: 1 mm, height: 1 mm, element_size: 1 mm},
@@ -53,8 +51,11 @@ def drag_load(coefficients):
         def state_fields(self):
             return {"dissipation": self.dissipation, "force": self.force}
 
-        def readings(self, scenario, interval):
-            return {"drag": float(fields.read(self.force)[scenario])}
+        def sampled(self):
+            return [self.force]
+
+        def readings(self, samples):
+            return {"drag": samples.read(self.force)}
 
         @ti.func
         def pull(self, s, i, t, dt):
@@ -116,7 +117,7 @@ def cubic_spring(length):
     import scipy.sparse as sp
     import taichi as ti
 
-    from softsim.compute import backend, fields
+    from softsim.compute import backend
     from softsim.compute.fields import once, real_field
     from softsim.compute.term import Pass, Stage, Term
     from softsim.structures.structure import NodalStiffness, Structure
@@ -179,8 +180,11 @@ def cubic_spring(length):
         def impulses(self):
             return [self.impulse]
 
-        def readings(self, scenario, interval):
-            return {"spring_force": float(fields.read(self.impulse)[scenario]) / interval}
+        def sampled(self):
+            return [self.impulse]
+
+        def readings(self, samples):
+            return {"spring_force": samples.mean(samples.read(self.impulse))}
 
         @ti.func
         def vector(self, s):

@@ -145,12 +145,13 @@ class _Refill(Made):
 class _Place(ABC):
     """Location of the numbers of a field.
 
-    device: on which the field was allocated; its memory is lost when Taichi restarts. shape: of the
-    numbers.
+    device: on which the field was allocated; its memory is lost when Taichi restarts. shape, dtype:
+    of the numbers.
     """
 
     device: backend.Device
     shape: tuple[int, ...]
+    dtype: np.dtype
 
     @abstractmethod
     def row(self, row: int) -> "_Place":
@@ -161,6 +162,10 @@ class _Place(ABC):
         """Return the numbers."""
 
     @abstractmethod
+    def read_into(self, array: np.ndarray) -> None:
+        """Write the numbers into an array of their shape."""
+
+    @abstractmethod
     def write(self, values: np.ndarray | float) -> None:
         """Write new values, an array or one that broadcasts to it."""
 
@@ -169,13 +174,17 @@ class _HostPlace(_Place):
     """Location in the memory of this process, as the array `numbers`."""
 
     def __init__(self, device: backend.Device, numbers: np.ndarray) -> None:
-        self.device, self.numbers, self.shape = device, numbers, numbers.shape
+        self.device, self.numbers = device, numbers
+        self.shape, self.dtype = numbers.shape, numbers.dtype
 
     def row(self, row: int) -> "_HostPlace":
         return _HostPlace(self.device, self.numbers[row, ...])
 
     def read(self) -> np.ndarray:
         return self.numbers.copy()
+
+    def read_into(self, array: np.ndarray) -> None:
+        np.copyto(array, self.numbers)
 
     def write(self, values: np.ndarray | float) -> None:
         self.numbers[...] = values
@@ -204,6 +213,9 @@ class _DevicePlace(_Place):
         values: np.ndarray = np.empty(self.extents, self.dtype)
         self.block.copy_out(self.first, values.reshape(-1).view(np.int32))
         return np.array(values[tuple(map(slice, self.shape))])
+
+    def read_into(self, array: np.ndarray) -> None:
+        np.copyto(array, self.read())
 
     def write(self, values: np.ndarray | float) -> None:
         whole = np.zeros(self.extents, self.dtype)
@@ -327,6 +339,39 @@ def write(field: ti.Field, values: np.ndarray | float) -> None:
 def write_row(field: ti.Field, row: int, values: np.ndarray | float) -> None:
     """Write new numbers to one row of a field; the other rows are unchanged."""
     _place(field).row(row).write(values)
+
+
+class Row:
+    """One row of several fields, such as all impulses of one scenario."""
+
+    def __init__(self, fields: Sequence[ti.Field], row: int) -> None:
+        self.places = [_place(field).row(row) for field in fields]
+
+    def fill(self, value: float) -> None:
+        """Set all numbers to one value."""
+        for place in self.places:
+            place.write(value)
+
+
+class RowCopies:
+    """Copies of one row of several fields, taken at several times.
+
+    most: number of copies that fit, at most `count`, in `size` [bytes], but at least one. arrays:
+    those of each field (most, ...).
+    """
+
+    def __init__(self, fields: Sequence[ti.Field], row: int, count: int, size: int) -> None:
+        self.fields, self.places = fields, [_place(field).row(row) for field in fields]
+        each = sum(math.prod(place.shape) * place.dtype.itemsize for place in self.places)
+        self.most = max(1, min(count, size // max(1, each)))
+        self.arrays = [np.empty((self.most, *p.shape), p.dtype) for p in self.places]
+
+    def take(self, number: int) -> None:
+        """Copy the present row of all fields to place `number` of the arrays."""
+        for field in self.fields[:1]:
+            _place(field)  # raises if Taichi was restarted
+        for place, array in zip(self.places, self.arrays, strict=True):
+            place.read_into(array[number, ...])
 
 
 class Number:

@@ -19,6 +19,7 @@ import taichi as ti
 
 from softsim.compute import backend, fields
 from softsim.compute.fields import Number, real_field
+from softsim.compute.samples import Samples
 
 
 class Stage(IntEnum):
@@ -90,8 +91,18 @@ class Term:
         """
         return []
 
-    def readings(self, scenario: int, interval: float) -> dict[str, float]:
-        """Return the current history columns, `interval` [s] after impulses were cleared."""
+    def refuse(self, scenario: int) -> None:
+        """Raise StabilityError if a run must not continue from the present state.
+
+        It is called before each row of the history.
+        """
+
+    def sampled(self) -> list[ti.Field]:
+        """Return the fields that `readings` reads."""
+        return []
+
+    def readings(self, samples: Samples) -> dict[str, np.ndarray]:
+        """Return the columns of the history (rows,) from samples of the fields in `sampled`."""
         return {}
 
     @ti.func

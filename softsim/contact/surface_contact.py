@@ -9,6 +9,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, real_field, vector_field
 from softsim.compute.nodes import Nodes
+from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, PerScenario, Stage
 from softsim.contact.adhesion import Adhesion, NodalAdhesion
 from softsim.contact.forces import (
@@ -162,9 +163,13 @@ class SurfaceContact(NodalForces, Dissipation):
         for rate in self.rates:
             rate.forget()
 
-    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+    def sampled(self) -> list[ti.Field]:
+        """Return the fields that `readings` reads."""
+        return self.frame.sampled()
+
+    def readings(self, samples: Samples) -> dict[str, np.ndarray]:
         """Return the columns of the history, which are those of the frame."""
-        return self.frame.readings(scenario, interval)
+        return self.frame.readings(samples)
 
     @ti.func
     def push(self, s, i, t, dt):

@@ -10,6 +10,7 @@ import taichi as ti
 
 from softsim.compute import backend
 from softsim.compute.fields import real_field
+from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, PerScenario, Stage
 
 # -------------------------------------------------------------------------------------------------
@@ -40,8 +41,12 @@ class FixedFrame:
     def forget_work(self) -> None:
         """Set the work of the motion to zero."""
 
-    def readings(self, scenario: int, interval: float) -> dict[str, float]:
-        """Return the columns of the history now, `interval` [s] after impulses were cleared."""
+    def sampled(self) -> list[ti.Field]:
+        """Return the fields that `readings` reads."""
+        return []
+
+    def readings(self, samples: Samples) -> dict[str, np.ndarray]:
+        """Return the columns of the history (rows,) from samples of the fields in `sampled`."""
         return {}
 
     @ti.func

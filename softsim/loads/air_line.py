@@ -29,19 +29,21 @@ is conserved.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import taichi as ti
 
-from softsim.compute import backend, fields
+from softsim.compute import backend
 from softsim.compute.fields import real_field
+from softsim.compute.samples import Samples
 from softsim.compute.term import PerScenario
 from softsim.errors import StabilityError
 from softsim.loads.pressure import VOLUME_COLUMN, PrescribedPressure, PressureKernel, PressureSource
 from softsim.loads.pressure_control import ControlledPressure, EventCycles, PressureRamp
 from softsim.loads.profile import Cycle, Profile
 
+Quantity = TypeVar("Quantity", float, np.ndarray)
 SetPoint = PrescribedPressure | ControlledPressure
 
 PUMP, VALVE = 1.0, -1.0  # what is at work; 0: neither
@@ -168,7 +170,7 @@ class AirLine(PressureSource):
         """Return the gas volume V_2 [m^3] for a `volume` [m^3] of the model's chamber."""
         return self.volume_ratio * volume + self.side_volume
 
-    def through_tube(self, inside: float, outside: float) -> float:
+    def through_tube(self, inside: Quantity, outside: Quantity) -> Quantity:
         """Return the flow [kg/s] through the tube from one overpressure [Pa] to another."""
         absolute = inside + self.ambient_pressure, outside + self.ambient_pressure
         return self.tube_conductance * (absolute[0] ** 2 - absolute[1] ** 2)
@@ -321,26 +323,28 @@ class AirLineKernel(PressureKernel):
             released = exchanged(self.valve[s], self.line_pressure(s), outside, line, 0.0, h)
             self.line_mass[s] -= released
 
-    def readings(
-        self, scenario: int, source: PressureSource, section_pressure: float
-    ) -> dict[str, float]:
-        """Return the history columns of the line.
-
-        These are the sensor and the wanted pressure, the air flow, and the state of pump and valve,
-        while `section_pressure` [Pa] acts on the skin. Raises StabilityError if no volume is left
-        for the gas.
-        """
-        assert isinstance(source, AirLine)
+    def refuse(self, source: PressureSource, section_pressure: float) -> None:
+        """Raise StabilityError if no volume is left for the gas."""
         if not section_pressure > -source.ambient_pressure:
             raise StabilityError(
                 "the volume for the gas of the air line has become zero: the chamber has collapsed",
                 "its wall is turned inside out or crushed; set dead_volume or reduce "
                 "excluded_volume, and look at the last frame",
             )
-        mass, wanted, supply = (
-            float(fields.read_row(field, scenario))
-            for field in (self.line_mass, self.wanted, self.supply)
-        )
+
+    def sampled(self) -> list[ti.Field]:
+        return [self.line_mass, self.wanted, self.supply]
+
+    def readings(
+        self, samples: Samples, source: PressureSource, section_pressure: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """Return the history columns (rows,) of the line.
+
+        These are the sensor and the wanted pressure, the air flow, and the state of pump and valve,
+        while `section_pressure` (rows,) [Pa] acts on the skin.
+        """
+        assert isinstance(source, AirLine)
+        mass, wanted, supply = map(samples.read, self.sampled())
         sensor = mass * source.specific_energy / source.line_volume - source.ambient_pressure
         flow = source.through_tube(sensor, section_pressure)
         return {

@@ -38,6 +38,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, real_field
 from softsim.compute.nodes import Nodes
+from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, PerScenario, Stage, Term
 from softsim.errors import StabilityError
 from softsim.loads.load import Load
@@ -455,28 +456,32 @@ class NetworkTerm(Term):
     def impulses(self) -> list[ti.Field]:
         return [self.moved, self.supplied]
 
-    def readings(self, scenario: int, interval: float) -> dict[str, float]:
-        network = self.data[scenario]
+    def refuse(self, scenario: int) -> None:
         if float(fields.read_row(self.unsolved, scenario)) != 0.0:
             raise StabilityError(
                 "Newton's method did not find the pressures of the pneumatic network",
                 "give junctions a volume, use less different conductances, or a smaller step: "
                 "time.increment",
             )
+
+    def sampled(self) -> list[ti.Field]:
+        return [self.pressure, self.volume, self.content, self.moved, self.supplied]
+
+    def readings(self, samples: Samples) -> dict[str, np.ndarray]:
+        network = self.data[samples.scenario]
+        # A row for each node or edge.
         pressure, volume, content, moved, supplied = (
-            fields.read_row(field, scenario)
-            for field in (self.pressure, self.volume, self.content, self.moved, self.supplied)
+            samples.read(field).T for field in self.sampled()
         )
-        rate = 1.0 / interval if interval > 0.0 else 0.0
         now = {}
         for k, node in enumerate(network.nodes):
-            now[network.pressure_column(k)] = float(pressure[k]) - network.fluid.reference
-            now[f"volume_{node.name}"] = float(volume[k])
-            now[f"content_{node.name}"] = float(content[k])
+            now[network.pressure_column(k)] = pressure[k] - network.fluid.reference
+            now[f"volume_{node.name}"] = volume[k]
+            now[f"content_{node.name}"] = content[k]
             if k in self.supplied_nodes:
-                now[f"supply_{node.name}"] = float(supplied[k]) * rate
+                now[f"supply_{node.name}"] = supplied[k] * samples.rates
         for k, edge in enumerate(network.edges):
-            now[f"flow_{edge.name}"] = float(moved[k]) * rate
+            now[f"flow_{edge.name}"] = moved[k] * samples.rates
         return now
 
     @ti.func

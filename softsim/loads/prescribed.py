@@ -9,6 +9,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, once, real_field
 from softsim.compute.nodes import Nodes
+from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, PerScenario, Stage, Term, WorkingTerm
 from softsim.contact.forces import NodalForces
 from softsim.contact.wall import FixedFrame, Obstacle, Wall
@@ -136,10 +137,12 @@ class RigidMotionTerm(Term):
     def impulses(self) -> list[ti.Field]:
         return [self.impulse]
 
-    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+    def sampled(self) -> list[ti.Field]:
+        return [self.impulse]
+
+    def readings(self, samples: Samples) -> dict[str, np.ndarray]:
         """Return the mean driving force [N]."""
-        impulse = float(fields.read_row(self.impulse, scenario))
-        return {"drive_force": impulse / interval if interval > 0.0 else 0.0}
+        return {"drive_force": samples.mean(samples.read(self.impulse))}
 
     @ti.func
     def steer(self, s, i, t, dt):
@@ -271,11 +274,15 @@ class MovingFrame(FixedFrame):
     def forget_work(self) -> None:
         fields.write(self.work, 0.0)
 
-    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+    def sampled(self) -> list[ti.Field]:
+        return [contact.impulse for contact in self.contacts]
+
+    def readings(self, samples: Samples) -> dict[str, np.ndarray]:
         """Return the mean force that moves the wall [N]: the force of the wall on the bodies."""
-        rows = [fields.read_row(contact.impulse, scenario) for contact in self.contacts]
-        impulse = sum(row[:, self.axis].sum() for row in rows)
-        return {self.column: float(impulse) / interval if interval > 0.0 else 0.0}
+        impulse = np.zeros(len(samples))
+        for contact in self.contacts:
+            impulse += samples.read(contact.impulse)[:, :, self.axis].sum(axis=1)
+        return {self.column: samples.mean(impulse)}
 
     @ti.func
     def steer(self, s, i, t, dt):

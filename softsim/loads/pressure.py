@@ -24,6 +24,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, real_field
 from softsim.compute.nodes import PARTS, Nodes, parts_of
+from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, PerScenario, Stage, WorkingTerm
 from softsim.elements.geometry import Facets, Geometry
 from softsim.loads.load import Load
@@ -154,10 +155,12 @@ class PressureSource(ABC):
         """Return -dp/dV [Pa/m^3] at `volume` [m^3], at most in the run."""
         return 0.0
 
-    def gauge_pressure(self, time: float, section_pressure: float) -> tuple[float, float]:
-        """Return the pressures [Pa] that a gauge shows and that act on the facets at `time` [s].
+    def gauge_pressure(
+        self, times: np.ndarray, section_pressure: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the pressures [Pa] that a gauge shows and that act on the facets at `times` [s].
 
-        section_pressure: the one on the facets after the last increment.
+        section_pressure: the one on the facets after the last increment before each time.
         """
         return section_pressure, section_pressure
 
@@ -281,8 +284,10 @@ class PrescribedPressure(ProfileSource):
             facet_profile=self.facet_profile.time_scaled(factor),
         )
 
-    def gauge_pressure(self, time: float, section_pressure: float) -> tuple[float, float]:
-        return float(self.profile.at(time)), float(self.facet_profile.at(time))
+    def gauge_pressure(
+        self, times: np.ndarray, section_pressure: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        return self.profile.at(times), self.facet_profile.at(times)
 
     def kernel(self, scenarios: Sequence["PrescribedPressure"]) -> "PrescribedPressureKernel":
         return PrescribedPressureKernel([one.facet_profile for one in scenarios])
@@ -295,10 +300,17 @@ class PressureKernel:
         """Return the fields that a checkpoint stores; the profile is not one of them."""
         return {}
 
+    def refuse(self, source: PressureSource, section_pressure: float) -> None:
+        """Raise StabilityError if the chamber cannot have `section_pressure` [Pa]."""
+
+    def sampled(self) -> list[ti.Field]:
+        """Return the fields that `readings` reads."""
+        return []
+
     def readings(
-        self, scenario: int, source: PressureSource, section_pressure: float
-    ) -> dict[str, float]:
-        """Return columns of the history, while `section_pressure` [Pa] acts on the facets."""
+        self, samples: Samples, source: PressureSource, section_pressure: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """Return columns of the history (rows,), while `section_pressure` [Pa] acts on facets."""
         return {}
 
 
@@ -546,18 +558,25 @@ class FollowerPressureTerm(WorkingTerm):
         self.kernel.follow(scenario, source)
         self.sources[scenario] = source
 
-    def chamber_readings(self, scenario: int, time: float) -> dict[str, float]:
-        """Return the pressures of the chamber at `time` [s], its volume and columns of its source.
+    def refuse(self, scenario: int) -> None:
+        on_facets = float(fields.read_row(self.pressure, scenario))
+        self.kernel.refuse(self.sources[scenario], on_facets)
+
+    def sampled(self) -> list[ti.Field]:
+        """Return the fields that `chamber_readings` reads."""
+        return [self.pressure, self.volume, *self.kernel.sampled()]
+
+    def chamber_readings(self, samples: Samples) -> dict[str, np.ndarray]:
+        """Return the pressures (rows,) of the chamber, its volume and columns of its source.
 
         These are columns of the history if the chamber is that of the robot.
         """
-        source = self.sources[scenario]
-        on_facets = float(fields.read_row(self.pressure, scenario))
-        names = ("pressure", "section_pressure")
-        now = dict(zip(names, source.gauge_pressure(time, on_facets), strict=True))
+        source = self.sources[samples.scenario]
+        shown, acting = source.gauge_pressure(samples.load_times, samples.read(self.pressure))
+        now = {"pressure": shown, "section_pressure": acting}
         if self.needs_volume:
-            now["chamber_volume"] = float(fields.read_row(self.volume, scenario))
-        return now | self.kernel.readings(scenario, source, now["section_pressure"])
+            now["chamber_volume"] = samples.read(self.volume)
+        return now | self.kernel.readings(samples, source, acting)
 
     def passes(self) -> dict[Stage, list[Pass]]:
         parts = PARTS if self.needs_volume else 0

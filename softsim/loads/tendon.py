@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from softsim.compute import backend, fields
+from softsim.compute import backend
 from softsim.compute.fields import once, real_field, vector_field
 from softsim.compute.nodes import Nodes
+from softsim.compute.samples import Samples
 from softsim.compute.term import PerScenario, Term
 from softsim.loads.load import Load, RigidSpring
 from softsim.rigid.frame import RigidBodies
@@ -80,10 +81,12 @@ class TendonTerm(Term):
     def impulses(self) -> list[ti.Field]:
         return [self.impulse]
 
-    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+    def sampled(self) -> list[ti.Field]:
+        return [self.impulse]
+
+    def readings(self, samples: Samples) -> dict[str, np.ndarray]:
         """Return the mean tension [N]."""
-        impulse = float(fields.read_row(self.impulse, scenario))
-        return {"pull": impulse / interval if interval > 0.0 else 0.0}
+        return {"pull": samples.mean(samples.read(self.impulse))}
 
     @ti.func
     def elongation(self, s):

@@ -23,6 +23,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import Number, once, real_field, vector_field
 from softsim.compute.nodes import Nodes
+from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, PerScenario, Stage, Term
 from softsim.loads.load import Load, RigidSpring
 from softsim.rigid.frame import RigidBodies
@@ -153,10 +154,12 @@ class TetherTerm(Term):
     def impulses(self) -> list[ti.Field]:
         return [self.impulse]
 
-    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+    def sampled(self) -> list[ti.Field]:
+        return [self.impulse]
+
+    def readings(self, samples: Samples) -> dict[str, np.ndarray]:
         """Return the mean drag against the forward direction [N]."""
-        impulse = float(fields.read_row(self.impulse, scenario))
-        return {"tether_drag": impulse / interval if interval > 0.0 else 0.0}
+        return {"tether_drag": samples.mean(samples.read(self.impulse))}
 
     def forget_work(self) -> None:
         fields.write(self.work, 0.0)

@@ -1,11 +1,12 @@
 """history.csv: one row of numbers a sample; the first line has the names, the second the units."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TextIO
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from softsim.errors import OutputError
 from softsim.output.folder import explained, replacing
@@ -17,7 +18,7 @@ REPLACED = "\N{REPLACEMENT CHARACTER}"
 
 
 class History:
-    """Writer of history.csv, one line per row; each line is flushed to the operating system.
+    """Writer of history.csv, one line per row, flushed to the operating system by each `append`.
 
     units: column name -> unit, in the order of the columns; "time" must be one of them. Numbers are
     written so that reading gives the same bits. resumed_at: time [s] at which a stopped run goes
@@ -40,21 +41,23 @@ class History:
         with explained(self.path):
             self._stream: TextIO = self.path.open("a", encoding="utf-8", newline="\n", buffering=1)
 
-    def append(self, row: Mapping[str, float]) -> None:
-        """Write one row: a number for each column, NaN where there is no value.
+    def append(self, rows: Mapping[str, ArrayLike]) -> None:
+        """Write rows: numbers (rows,) of each column, or one, NaN where there is no value.
 
         Raises OutputError for a missing or unknown column, or if the disk refuses.
         """
-        if row.keys() != set(self.columns):
-            missing = sorted(set(self.columns) - row.keys())
-            unknown = sorted(row.keys() - set(self.columns))
+        if rows.keys() != set(self.columns):
+            missing = sorted(set(self.columns) - rows.keys())
+            unknown = sorted(rows.keys() - set(self.columns))
             raise OutputError(
                 f"a row of {self.path} does not match its columns: missing {missing or 'none'}, "
                 f"unknown {unknown or 'none'}"
             )
+        lines = [",".join(map(repr, row)) + "\n" for row in table(rows, self.columns).tolist()]
         with explained(self.path):
-            self._stream.write(",".join(repr(float(row[name])) for name in self.columns) + "\n")
-        self.row_count += 1
+            self._stream.write("".join(lines))
+            self._stream.flush()
+        self.row_count += len(lines)
 
     def save(self) -> None:
         """Put the rows on the disk. Raises OutputError if the disk refuses."""
@@ -68,6 +71,12 @@ class History:
         if not self._stream.closed:
             with explained(self.path), self._stream:
                 os.fsync(self._stream.fileno())
+
+
+def table(rows: Mapping[str, ArrayLike], names: Sequence[str]) -> np.ndarray:
+    """Return rows (column -> (rows,) numbers, or one) as an array (rows, columns)."""
+    columns = np.broadcast_arrays(*(np.asarray(rows[name], dtype=float) for name in names))
+    return np.stack([np.atleast_1d(column) for column in columns], axis=1)
 
 
 def read_history(path: Path | str) -> dict[str, np.ndarray]:

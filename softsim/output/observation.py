@@ -9,10 +9,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import taichi as ti
 from scipy.spatial.transform import Rotation
 
 from softsim.analysis import passage as along_path
 from softsim.analysis.passage import CROSSING_COLUMNS, end_readings
+from softsim.compute.samples import Sampler, Samples
 from softsim.contact.simple_walls import Cylinder
 from softsim.contact.wall import Wall
 from softsim.elements.geometry import cauchy_stress, measure_elements
@@ -20,6 +22,7 @@ from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
 from softsim.model import Model, Probe
 from softsim.output.fields import Frames, SeriesInMemory
+from softsim.rigid.frame import RigidBodies
 from softsim.scene.outputs import probe_columns
 from softsim.scene.quantities import CHAMBER_PRESSURE, ROW_FORCE, SIDE_FORCE
 from softsim.solver.energy import (
@@ -28,6 +31,7 @@ from softsim.solver.energy import (
     EnergyReader,
     unbalanced_share,
     wall_contact,
+    wall_fields,
 )
 from softsim.solver.explicit import Scenario
 from softsim.structures.structure import Structure
@@ -112,21 +116,28 @@ PROBE_UNITS = {
 }  # fmt: skip
 
 
-def probe_values(scenario: Scenario, probe: Probe, x: np.ndarray) -> np.ndarray:
-    """Return the current values (columns,) of a probe, SI, with the nodes at x (n, d) [m]."""
+def probe_values(model: Model, probe: Probe, x: np.ndarray) -> np.ndarray:
+    """Return the values (columns,) of a probe that follow from the nodes at x (n, d) [m], SI.
+
+    A reaction does not, see `reaction`.
+    """
     if probe.kind == "volume":
         return np.array([probe.geometry.enclosed_volume(x, probe.members)])
     if probe.kind == "radius":
         axis = 0 if len(x[0]) == 3 else 1
         return np.linalg.norm(np.delete(x[probe.members], axis, axis=1), axis=1).mean(keepdims=True)
     if probe.kind == "rotation":
-        return mean_rotation(scenario.model.points[probe.members], x[probe.members])
-    if probe.kind == "displacement":
-        return (x - scenario.model.points)[probe.members].mean(axis=0)
-    # What holds the nodes is the opposite of what the rest does to them, their weight included.
-    model = scenario.model
-    weight = model.mass[probe.members].sum() * scenario.read(scenario.terms.nodes.gravity)
-    return -scenario.read(scenario.terms.nodes.force)[probe.members].sum(axis=0) - weight
+        return mean_rotation(model.points[probe.members], x[probe.members])
+    return (x - model.points)[probe.members].mean(axis=0)
+
+
+def reaction(model: Model, probe: Probe, force: np.ndarray, gravity: np.ndarray) -> np.ndarray:
+    """Return the force (d,) [N] that holds the nodes of a probe, under a gravity (d,) [m/s^2].
+
+    It is the opposite of what the rest does to them, the nodal forces (n, d) [N] and their weight.
+    """
+    weight = model.mass[probe.members].sum() * gravity
+    return -force[probe.members].sum(axis=0) - weight
 
 
 def mean_rotation(rest: np.ndarray, now: np.ndarray) -> np.ndarray:
@@ -152,12 +163,20 @@ class Observation:
 
 
 class Observer:
-    """Observer of a scenario, row by row; it stores what does not change between rows."""
+    """Observer of a scenario: `take` samples a row, `rows` returns the columns of all since then.
 
-    def __init__(self, scenario: Scenario, reader: EnergyReader, balance: EnergyBalance) -> None:
+    It stores what does not change between rows. Columns of a static run, and those along a path of
+    pipes, are of the present state: there each row is computed before the next increment.
+    most: number of rows whose columns are computed together, at most. energy_error: of the last
+    sample.
+    """
+
+    def __init__(
+        self, scenario: Scenario, reader: EnergyReader, balance: EnergyBalance, most: int = 1
+    ) -> None:
         self.scenario, self.reader, self.balance = scenario, reader, balance
         model = scenario.model
-        self.blank = dict.fromkeys(columns(model), float("nan"))
+        self.columns = tuple(columns(model))
         self.hourglass_columns = hourglass_columns(model)
         self.damage_columns = damage_columns(model)
         self.parts_pressed = parts_pressed(model)
@@ -165,68 +184,134 @@ class Observer:
         self.areas = np.zeros(len(model.points))
         for body in model.bodies:
             self.areas[body.nodes] = body.surface_areas
+        self.sampler = Sampler(scenario.number, self._sampled(), most)
+        self.energies: list[Energies] = []
+        self.energy_errors: list[float] = []
+        self.energy_error = 0.0
 
-    def observe(self, interval: float) -> Observation:
-        """Return the current row of the history; the energy reader must be up to date.
+    def _sampled(self) -> list[ti.Field]:
+        """Return the fields that the columns need."""
+        terms, model = self.scenario.terms, self.scenario.model
+        needed = [terms.nodes.position, *wall_fields(terms)]
+        if any(probe.kind == "reaction" for probe in model.probes):
+            needed += [terms.nodes.force, terms.nodes.gravity]
+        if model.robot.frame is not None:
+            needed += pose_fields(terms.rigid_bodies)
+        return needed + [field for term in terms.everything for field in term.sampled()]
+
+    def take(self, interval: float) -> Energies:
+        """Sample a row and return its energies; the energy reader must be up to date.
 
         interval: time since the contact impulses of the scenario were cleared [s].
         """
-        scenario, reader, model = self.scenario, self.reader, self.scenario.model
-        energies, walls = reader.of_scenario(scenario.number), wall_contact(scenario)
-        centre = scenario.centre_of_mass()
-        row = self.blank.copy()
-        row["time"] = scenario.time
-        if model.chamber is not None:
-            row |= scenario.term_of(model.chamber).chamber_readings(
-                scenario.number, scenario.load_time
-            )
-        for name, chamber in self.chambers.items():
-            term = scenario.term_of(chamber)
-            row[name] = term.chamber_readings(scenario.number, scenario.load_time)["pressure"]
-        if model.robot.frame is not None:
-            row |= frame_readings(frame_pose(scenario, model.robot.frame))
-        row["contact_count"] = walls.contact_count
-        row["slip_share"] = walls.slip_share
-        rate = 1.0 / interval if interval > 0.0 else 0.0  # impulses since then to mean forces
-        pressed = walls.normal_impulses * rate
-        row["contact_area"] = float(self.areas[pressed > 0.0].sum())
-        row["rows_in_contact"] = sum(bool(pressed[k].any()) for k in model.robot.rows.values())
-        row["wall_force_normal"] = walls.normal_impulse * rate
-        for name, nodes in self.parts_pressed.items():
-            row[name] = float(pressed[nodes].sum())
-        for i, axis in enumerate("xyz"[: model.dimension]):
-            row[f"body_{axis}"] = float(centre[i])
-            row[f"wall_force_{axis}"] = walls.impulse[i] * rate
-        for term in reversed(scenario.terms.everything):  # of a kind, the first load is told
-            row |= term.readings(scenario.number, interval)
-        row["internal_energy"] = energies.internal
-        row |= dict.fromkeys(self.hourglass_columns, energies.hourglass)
-        row["kinetic_energy"] = energies.kinetic
-        row["external_work"] = energies.external_work
-        row["friction_dissipation"] = energies.friction_dissipation
-        row["viscous_dissipation"] = energies.viscous_dissipation
-        row |= dict.fromkeys(self.damage_columns, energies.damage_dissipation)
-        row["contact_energy"] = energies.contact
-        row["energy_error"] = self.balance.error(energies)
-        if model.relaxation is not None:
-            row["unbalanced_share"] = unbalanced_share(scenario)
-        if model.passage is not None:
-            place = frame_pose(scenario, model.passage.body).centre
-            row |= along_path.path_readings(scenario, model.passage, place, interval)
-        if model.crossing is not None or model.probes:
-            row |= self._of_places(scenario.positions())
+        scenario = self.scenario
+        for term in scenario.terms.everything:
+            term.refuse(scenario.number)
+        energies = self.reader.of_scenario(scenario.number)
+        self.energy_error = self.balance.error(energies)
+        self.sampler.take(scenario.time, scenario.load_time, interval)
+        self.energies.append(energies)
+        self.energy_errors.append(self.energy_error)
+        return energies
+
+    @property
+    def is_empty(self) -> bool:
+        """True if all rows sampled have their columns."""
+        return not self.energies
+
+    @property
+    def is_full(self) -> bool:
+        """True if the columns must be computed before the next row is sampled."""
+        return self.sampler.is_full
+
+    def observe(self, interval: float) -> Observation:
+        """Return the current row of the history; reader and interval as for `take`."""
+        energies = self.take(interval)
+        row = {name: float(values[-1]) for name, values in self.rows().items()}
         return Observation(row, energies)
 
-    def _of_places(self, x: np.ndarray) -> dict[str, float]:
-        """Return the columns that depend on the positions of all nodes, x (n, d) [m]."""
-        model = self.scenario.model
-        found: dict[str, float] = {}
+    def rows(self) -> dict[str, np.ndarray]:
+        """Return the columns (rows,) of the rows sampled since the last call."""
+        scenario, model = self.scenario, self.scenario.model
+        samples = self.sampler.handed_over()
+        found = dict.fromkeys(self.columns, np.full(len(samples), np.nan))
+        found["time"] = samples.times
+        if model.chamber is not None:
+            found |= scenario.term_of(model.chamber).chamber_readings(samples)
+        for name, chamber in self.chambers.items():
+            found[name] = scenario.term_of(chamber).chamber_readings(samples)["pressure"]
+        if model.robot.frame is not None:
+            found |= frame_columns_of(sampled_poses(scenario, model.robot.frame, samples))
+        found |= self._of_walls(samples)
+        centres = scenario.centres_of_mass(samples.read(scenario.terms.nodes.position))
+        for axis, values in zip("xyz", centres.T, strict=False):
+            found[f"body_{axis}"] = values
+        for term in reversed(scenario.terms.everything):  # of a kind, the first load is told
+            found |= term.readings(samples)
+        found |= self._of_energies()
+        if model.relaxation is not None:
+            found["unbalanced_share"] = np.array([unbalanced_share(scenario)])
+        if model.passage is not None:
+            place = frame_pose(scenario, model.passage.body).centre
+            interval = float(samples.intervals[-1])
+            now = along_path.path_readings(scenario, model.passage, place, interval)
+            found |= {name: np.array([value]) for name, value in now.items()}
+        if model.crossing is not None or model.probes:
+            found |= self._of_places(samples)
+        return found
+
+    def _of_walls(self, samples: Samples) -> dict[str, np.ndarray]:
+        """Return the columns (rows,) of contact with walls."""
+        walls, robot = wall_contact(self.scenario, samples), self.scenario.model.robot
+        rates = samples.rates  # of impulses, to mean forces
+        pressed = walls.normal_impulses * rates[:, None]
+        of_rows = [pressed[:, nodes].any(axis=1) for nodes in robot.rows.values()]
+        found = {
+            "contact_count": walls.contact_count,
+            "slip_share": walls.slip_share,
+            "contact_area": np.array([self.areas[row > 0.0].sum() for row in pressed]),
+            "rows_in_contact": np.sum(of_rows, axis=0) if of_rows else np.zeros(len(samples)),
+            "wall_force_normal": walls.normal_impulse * rates,
+        }
+        for name, nodes in self.parts_pressed.items():
+            found[name] = np.take(pressed, nodes, axis=1).sum(axis=1)
+        for axis, impulse in zip("xyz", walls.impulse.T, strict=False):
+            found[f"wall_force_{axis}"] = impulse * rates
+        return found
+
+    def _of_energies(self) -> dict[str, np.ndarray]:
+        """Return the columns (rows,) of the energies, and begin anew."""
+        energies, errors = self.energies, self.energy_errors
+        self.energies, self.energy_errors = [], []
+        found = {
+            "internal_energy": [e.internal for e in energies],
+            **{name: [e.hourglass for e in energies] for name in self.hourglass_columns},
+            "kinetic_energy": [e.kinetic for e in energies],
+            "external_work": [e.external_work for e in energies],
+            "friction_dissipation": [e.friction_dissipation for e in energies],
+            "viscous_dissipation": [e.viscous_dissipation for e in energies],
+            **{name: [e.damage_dissipation for e in energies] for name in self.damage_columns},
+            "contact_energy": [e.contact for e in energies],
+            "energy_error": errors,
+        }
+        return {name: np.array(values) for name, values in found.items()}
+
+    def _of_places(self, samples: Samples) -> dict[str, np.ndarray]:
+        """Return the columns (rows,) of probes and of the ends of a crossing."""
+        model, nodes = self.scenario.model, self.scenario.terms.nodes
+        positions = samples.read(nodes.position)
+        found: dict[str, np.ndarray] = {}
         if model.crossing is not None:
-            found |= end_readings(model.crossing, x)
+            ends = [end_readings(model.crossing, x) for x in positions]
+            found |= {name: np.array([end[name] for end in ends]) for name in CROSSING_COLUMNS}
         for probe in model.probes:
             names = probe_columns(probe.name, probe.kind, "xyz"[: model.dimension])
-            values = probe_values(self.scenario, probe, x).tolist()
-            found |= dict(zip(names, values, strict=True))
+            if probe.kind == "reaction":
+                acting = zip(samples.read(nodes.force), samples.read(nodes.gravity), strict=True)
+                values = [reaction(model, probe, force, gravity) for force, gravity in acting]
+            else:
+                values = [probe_values(model, probe, x) for x in positions]
+            found |= dict(zip(names, np.array(values).T, strict=True))
         return found
 
 
@@ -269,11 +354,29 @@ class Pose:
         return 2.0 * np.arctan2(length, w) * v / length
 
 
+def pose_fields(bodies: RigidBodies) -> list[ti.Field]:
+    """Return the fields (scenarios, bodies, ...) of the poses of rigid bodies."""
+    return [bodies.centre, bodies.orientation, bodies.rotation]
+
+
 def frame_pose(scenario: Scenario, body: int) -> Pose:
     """Return the current pose of a rigid body."""
     bodies = scenario.terms.rigid_bodies
-    moved = (bodies.centre, bodies.orientation, bodies.rotation)
-    centre, orientation, rotation = (scenario.read(field)[body] for field in moved)
+    return _pose(bodies, body, *(scenario.read(field)[body] for field in pose_fields(bodies)))
+
+
+def sampled_poses(scenario: Scenario, body: int, samples: Samples) -> list[Pose]:
+    """Return the pose of a rigid body in each row of samples."""
+    bodies = scenario.terms.rigid_bodies
+    of_body = (samples.read(field)[:, body] for field in pose_fields(bodies))
+    return [_pose(bodies, body, *row) for row in zip(*of_body, strict=True)]
+
+
+def _pose(
+    bodies: RigidBodies, body: int, centre: np.ndarray, orientation: np.ndarray,
+    rotation: np.ndarray,
+) -> Pose:  # fmt: skip
+    """Return the pose of a rigid body from the values of its `pose_fields`."""
     d = bodies.dimension
     arm = bodies.bodies[body].centre - bodies.rest_centre[body]
     return Pose(centre + rotation[:d, :d] @ arm, orientation)
@@ -287,6 +390,12 @@ def frame_readings(pose: Pose) -> dict[str, float]:
         turn = zip("xyz", pose.rotation_vector, strict=True)
         now |= {f"frame_rotation_{a}": float(c) for a, c in turn}
     return now
+
+
+def frame_columns_of(poses: Sequence[Pose]) -> dict[str, np.ndarray]:
+    """Return the columns (rows,) of `frame_readings` for the pose of each row."""
+    readings = [frame_readings(pose) for pose in poses]
+    return {name: np.array([row[name] for row in readings]) for name in readings[0]}
 
 
 @dataclass(frozen=True)

@@ -222,6 +222,9 @@ class Batch:
         self.write_due()
         watched, attached = self.runs[0], list(monitors)
         call_monitors(attached, watched, lambda monitor: monitor.start(watched))
+        if not monitors:
+            for run in self.running:
+                run.gather_rows()
         while running := self.running:
             call_monitors(attached, watched, lambda monitor: monitor.update(watched, asked))
             if asked:

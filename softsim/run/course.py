@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 from softsim.analysis.measures import failed_expectations, measures
 from softsim.analysis.passage import CrossingCondition, PassageCondition
 from softsim.compute import backend
+from softsim.compute.samples import MOST_ROWS
 from softsim.errors import ExpectationError, SoftsimError, StabilityError
 from softsim.loads.air_line import AirLineKernel
 from softsim.loads.pressure import PressureSource
@@ -90,6 +91,7 @@ class OpenLoop:
     """Loop without feedback: the pressure of the robot's chamber, if any, is given over time."""
 
     state: ControlState | None = None
+    needs_rows = False
 
     def __init__(self, scenario: Scenario, source: PressureSource | None) -> None:
         self.scenario, self.source = scenario, source
@@ -98,9 +100,11 @@ class OpenLoop:
         """Return the number of pressure cycles that have ended; 0 without a falling pressure."""
         return 0 if self.source is None else self.source.cycles_done(self.scenario.time)
 
-    def readings(self) -> dict[str, float]:
-        """Return the values of the column `cycles_done`."""
-        return {"cycles_done": self.cycles_done()}
+    def readings(self, times: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the column `cycles_done` of rows at the times (rows,) [s]."""
+        if self.source is None:
+            return {"cycles_done": np.zeros(len(times))}
+        return {"cycles_done": np.array([self.source.cycles_done(time) for time in times])}
 
     def follow(self, row: Mapping[str, float]) -> None:
         """Do nothing: rows of the history have no effect."""
@@ -109,8 +113,11 @@ class OpenLoop:
 class ClosedLoop:
     """Loop with feedback: the pressure of the robot's chamber depends on sensed quantities.
 
-    state: of a resumed run, changed in place; None for a run that begins.
+    state: of a resumed run, changed in place; None for a run that begins. needs_rows: True, each
+    row may change the pressure.
     """
+
+    needs_rows = True
 
     def __init__(
         self,
@@ -131,12 +138,12 @@ class ClosedLoop:
         """Return the number of pressure cycles that have ended."""
         return self.control.state.cycles_done
 
-    def readings(self) -> dict[str, float]:
-        """Return the values of the columns `cycles_done`, `cycle` and `phase`."""
+    def readings(self, times: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the columns `cycles_done`, `cycle` and `phase` of the present row."""
         return {
-            "cycles_done": self.cycles_done(),
-            "cycle": self.control.cycle,
-            "phase": self.control.phase_at(self.scenario.time),
+            "cycles_done": np.array([self.cycles_done()]),
+            "cycle": np.array([self.control.cycle]),
+            "phase": np.array([self.control.phase_at(time) for time in times]),
         }
 
     def follow(self, row: Mapping[str, float]) -> None:
@@ -230,6 +237,8 @@ class WallClock:
             self.spent[part] += time.monotonic() - began
 
 
+# Rows wait for their columns for so long at most [s of wall time].
+LONGEST_GATHERING = 1.0
 # A stable step that has changed by this share is told.
 REPORTED_STEP_CHANGE = 0.2
 
@@ -271,7 +280,8 @@ class Run:
     files: its record, with scene and model. finished: True if nothing is left to compute.
     outcome: its Results, or the error that stopped it; None while it runs. show: shows a detail of
     what is computed, on the console. row: the latest one of the history that was written since the
-    start or a return to an earlier state; empty before the first.
+    start or a return to an earlier state; empty before the first. rows_since: wall clock at the
+    first row that waits for its columns.
     is_commanded: True once a command has replaced the control of the robot's chamber.
     """
 
@@ -356,6 +366,7 @@ class Run:
     def _set_out(self, progress: Progress) -> None:
         self.progress = progress
         self.observer = Observer(self.scenario, self.reader, self.balance)
+        self.rows_since = np.inf
         self.wall_before = progress.wall_time
         self.loop = feedback(self.scenario, progress.control)
         self.is_commanded, self.row = False, {}
@@ -542,28 +553,50 @@ class Run:
             self.files.write_failed_frame(self.scenario)
             raise
 
-    def _write_row(self) -> None:
-        scenario, progress = self.scenario, self.progress
-        seen = self.observer.observe(self._interval())
-        row = seen.row | self.loop.readings() | self.path_readings()
-        self.files.history.append(row)
-        self.row = row
+    def gather_rows(self) -> None:
+        """Compute the columns of many rows at once from now on, unless something needs each row.
+
+        That is a controlled pressure, a stop condition, or a column of the present state (see
+        Observer). Guards act at each row all the same.
+        """
+        model = self.model
+        needs_state = model.relaxation is not None or model.passage is not None
+        if not (self.loop.needs_rows or self.stop_conditions or needs_state):
+            self.write_rows()
+            self.observer = Observer(self.scenario, self.reader, self.balance, MOST_ROWS)
+
+    def write_rows(self) -> None:
+        """Write the rows sampled so far, and pass them to what acts on them."""
+        if self.observer.is_empty:
+            return
+        rows = self.observer.rows()
+        rows |= self.loop.readings(rows["time"]) | self.path_readings()
+        self.files.history.append(rows)
+        self.row = row = {name: float(values[-1]) for name, values in rows.items()}
+        self.contact_count = int(row["contact_count"])
+        self.unbalanced_share = row.get("unbalanced_share", float("nan"))
         self.loop.follow(row)
         for condition in self.stop_conditions:
             condition.see_row(row)
+
+    def _write_row(self) -> None:
+        scenario, progress = self.scenario, self.progress
+        if self.observer.is_empty:
+            self.rows_since = time.monotonic()
+        energies = self.observer.take(self._interval())
+        if self.observer.is_full or time.monotonic() - self.rows_since > LONGEST_GATHERING:
+            self.write_rows()
         progress.last_history = scenario.time
         latest = max(scenario.time, progress.next_history)
         progress.next_history = _next_multiple(self.output.history_interval, latest)
         progress.largest_energy = self.balance.largest_energy
         scenario.solver.clear_impulses(scenario.number)
-        error = self.energy_error = seen.row["energy_error"]
-        self.contact_count = int(seen.row["contact_count"])
-        self.unbalanced_share = seen.row.get("unbalanced_share", float("nan"))
+        error = self.energy_error = self.observer.energy_error
         progress.largest_energy_error = max(progress.largest_energy_error, error)
-        self._refuse_energy_error(error, seen.energies)
+        self._refuse_energy_error(error, energies)
 
-    def path_readings(self) -> dict[str, float]:
-        """Return the columns of a path of equilibria; none in other runs."""
+    def path_readings(self) -> dict[str, np.ndarray]:
+        """Return the columns of the present row along a path of equilibria; none in other runs."""
         return {}
 
     def _interval(self) -> float:
@@ -607,6 +640,7 @@ class Run:
         """Write the summary of a run that did not reach its end, and close the files; element:
         that which failed.
         """
+        self.write_rows()
         history = self.files.rows()
         found = measures(self.model, history)
         if element is not None:
@@ -644,6 +678,7 @@ class Run:
 
     def checkpoint(self) -> None:
         """Write the full state, from which --resume continues."""
+        self.write_rows()
         scenario, progress = self.scenario, self.progress
         progress.time, progress.increment_count = scenario.time, scenario.increment_count
         progress.time_increment, progress.control = scenario.time_increment, self.loop.state

@@ -394,9 +394,8 @@ class Preloaded:
 
     def _rate(self, probe: Probe, x: np.ndarray, along: np.ndarray) -> np.ndarray:
         """Return the derivative (columns,) of a probe with the nodes at x along (n, d)."""
-        scenario = self._solver.scenario(0)
         step = 1e-6 * float(np.ptp(x, axis=0).max()) / max(float(np.abs(along).max()), 1e-300)
-        ends = [probe_values(scenario, probe, x + sign * step * along) for sign in (-1.0, 1.0)]
+        ends = [probe_values(self.model, probe, x + sign * step * along) for sign in (-1.0, 1.0)]
         return (ends[1] - ends[0]) / (2.0 * step)
 
 

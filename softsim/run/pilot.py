@@ -20,6 +20,7 @@ from rich.console import Console
 
 from softsim.compute import backend
 from softsim.compute.machine import Choice
+from softsim.compute.samples import present
 from softsim.errors import OutputError, StabilityError
 from softsim.model import Model
 from softsim.output.compiling import compiling
@@ -206,10 +207,11 @@ def _stopped(run: Run, factor: float) -> str:
     if not isinstance(run.outcome, StabilityError):
         return ""
     s = run.scenario
-    gauges = {
-        load.name: s.term_of(load).chamber_readings(s.number, s.time)["pressure"]
-        for load in run.model.pressures
-    }
+    gauges = {}
+    for load in run.model.pressures:
+        term = s.term_of(load)
+        now = term.chamber_readings(present(s.number, term.sampled(), s.time))
+        gauges[load.name] = float(now["pressure"][0])
     told = ", ".join(f"'{name}' at {1e-3 * pressure:.3g} kPa" for name, pressure in gauges.items())
     shown = f" with {told}" if told else ""
     faster = "" if factor == 1.0 else f", with loads applied {factor:.3g} times as fast,"

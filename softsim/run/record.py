@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 from rich.console import Console
 
 from softsim.compute import backend
@@ -18,7 +19,7 @@ from softsim.model import Model
 from softsim.output import folder as files
 from softsim.output.fields import FieldWriter, read_frames
 from softsim.output.folder import Checkpoint, RunFolder, read_checkpoint, write_checkpoint
-from softsim.output.history import TIME, History, read_history
+from softsim.output.history import TIME, History, read_history, table
 from softsim.output.observation import columns, description, frame, mesh_of
 from softsim.scene.loading import LoadedScene
 from softsim.solver.explicit import Scenario
@@ -71,8 +72,8 @@ class Progress:
 class HistoryRows(Protocol):
     """Rows of a history."""
 
-    def append(self, row: Mapping[str, float]) -> None:
-        """Append one row: a number for each column."""
+    def append(self, rows: Mapping[str, ArrayLike]) -> None:
+        """Append rows: numbers (rows,) of each column, or one."""
 
 
 class Record(Protocol):
@@ -133,9 +134,9 @@ class KeptRows:
         self.names = names
         self.kept: list[tuple[float, ...]] = []
 
-    def append(self, row: Mapping[str, float]) -> None:
-        """Append one row: a number for each column."""
-        self.kept.append(tuple(row[name] for name in self.names))
+    def append(self, rows: Mapping[str, ArrayLike]) -> None:
+        """Append rows: numbers (rows,) of each column, or one."""
+        self.kept.extend(map(tuple, table(rows, self.names).tolist()))
 
     @property
     def last(self) -> dict[str, float]:

@@ -183,11 +183,14 @@ class PathRun(StaticRun):
     def _is_done(self) -> bool:
         return self.path.is_complete
 
-    def path_readings(self) -> dict[str, float]:
+    def path_readings(self) -> dict[str, np.ndarray]:
         """Return the load time [s] and the number of unstable modes of the last equilibrium."""
         factors = self.newton.factors
         unstable = 0 if factors is None else factors.negative_pivots
-        return {"load_time": self.forces.time, "unstable_modes": unstable}
+        return {
+            "load_time": np.array([self.forces.time]),
+            "unstable_modes": np.array([unstable]),
+        }
 
     def solution(self) -> dict[str, Any]:
         points = [

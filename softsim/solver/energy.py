@@ -11,16 +11,20 @@ initial value.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from signal import Signals
 
 import numpy as np
 import taichi as ti
 
 from softsim.compute import backend, fields
+from softsim.compute.backend import Launch
+from softsim.compute.samples import Samples
 from softsim.errors import Interrupted, StabilityError
 from softsim.model import LOCAL_DAMPING, Model, Relaxation
 from softsim.solver.explicit import ExplicitSolver, Scenario, longest_block
 from softsim.solver.guards import refuse_broken_elements, refuse_unsettled
+from softsim.solver.terms import Terms
 
 
 @dataclass(frozen=True)
@@ -79,9 +83,13 @@ class EnergyReader:
 
     def update(self) -> None:
         """Compute the current energies of all scenarios, which `of_scenario` returns."""
-        self._read(self.solver.time_increments, self.in_parts)
+        self._launch(self.solver.time_increments, self.in_parts)
         self.readings = self.in_parts.sum(axis=1)
         self.readings[self.rests, 2] = 0.0
+
+    @cached_property
+    def _launch(self) -> Launch:
+        return Launch(self._read, self.solver.time_increments, self.in_parts)
 
     def of_scenario(self, scenario: int) -> Energies:
         """Return the energies of a scenario at the last update."""
@@ -295,38 +303,46 @@ def moves(energies: Energies, relaxation: Relaxation) -> bool:
 
 @dataclass(frozen=True)
 class WallContact:
-    """Contact with all walls together.
+    """Contact with all walls together, at the times (rows,) of samples.
 
-    contact_count: nodes, and corners of walls, in contact now. normal_impulses: of each node (n,)
-    [N s]. slipping_impulse: the part of their sum that acted while nodes slipped [N s].
-    impulse: the total impulse vector (d,) [N s].
+    contact_count (rows,): nodes, and corners of walls, in contact now. normal_impulses: of each
+    node (rows, n) [N s]. slipping_impulse (rows,): the part of their sum that acted while nodes
+    slipped [N s]. impulse: the total impulse vector (rows, d) [N s].
     """
 
-    contact_count: int
+    contact_count: np.ndarray
     normal_impulses: np.ndarray
-    slipping_impulse: float
+    slipping_impulse: np.ndarray
     impulse: np.ndarray
 
     @property
-    def normal_impulse(self) -> float:
-        """Sum of the normal impulses of all nodes [N s]."""
-        return float(self.normal_impulses.sum())
+    def normal_impulse(self) -> np.ndarray:
+        """Sum of the normal impulses of all nodes (rows,) [N s]."""
+        total: np.ndarray = self.normal_impulses.sum(axis=-1)
+        return total
 
     @property
-    def slip_share(self) -> float:
-        """Fraction of the normal impulse that acted during slip [-]; 0 without contact."""
-        return self.slipping_impulse / self.normal_impulse if self.normal_impulse > 0.0 else 0.0
+    def slip_share(self) -> np.ndarray:
+        """Fraction of the normal impulse that acted during slip (rows,); 0 without contact."""
+        whole = self.normal_impulse
+        none = np.zeros_like(whole)
+        return np.divide(self.slipping_impulse, whole, out=none, where=whole > 0.0)
 
 
-def wall_contact(scenario: Scenario) -> WallContact:
-    """Return the contact of a scenario's nodes with its walls."""
-    model, read = scenario.model, scenario.read
-    normal_impulses = np.zeros(len(model.points))
-    count, slipping, impulse = 0, 0.0, np.zeros(model.dimension)
+def wall_fields(terms: Terms) -> list[ti.Field]:
+    """Return the fields that `wall_contact` reads."""
+    return [f for walls in terms.wall_contacts for f in (walls.pressing_force, *walls.impulses())]
+
+
+def wall_contact(scenario: Scenario, samples: Samples) -> WallContact:
+    """Return the contact of a scenario's nodes with its walls, from samples of `wall_fields`."""
+    model, read, rows = scenario.model, samples.read, len(samples)
+    normal_impulses = np.zeros((rows, len(model.points)))
+    count, slipping, impulse = np.zeros(rows), np.zeros(rows), np.zeros((rows, model.dimension))
     nodes = model.contact.nodes
     for walls in scenario.terms.wall_contacts:
-        count += np.count_nonzero(read(walls.pressing_force) > 0.0)
-        normal_impulses[nodes] += read(walls.normal_impulse)[: len(nodes)]
-        slipping += float(read(walls.slipping_impulse).sum())
-        impulse += read(walls.impulse).sum(axis=0)
+        count += np.count_nonzero(read(walls.pressing_force) > 0.0, axis=1)
+        normal_impulses[:, nodes] += read(walls.normal_impulse)[:, : len(nodes)]
+        slipping += read(walls.slipping_impulse).sum(axis=1)
+        impulse += read(walls.impulse).sum(axis=1)
     return WallContact(count, normal_impulses, slipping, impulse)

@@ -16,6 +16,7 @@ import numpy as np
 import taichi as ti
 
 from softsim.compute import backend, fields
+from softsim.compute.fields import Row
 from softsim.compute.machine import ComputeDevice, memory_of
 from softsim.compute.term import shares_kernels
 from softsim.elements.geometry import alike_regions
@@ -131,9 +132,10 @@ class ExplicitSolver:
             self.terms = Terms(models)
             self._made, self._made_by_terms = made, len(made.fields)
             self.kernels = IncrementKernels(self.terms, self.scenarios)
-            self.impulses = [f for term in self.terms.everything for f in term.impulses()]
             device = backend.device().name
             refuse_too_large(models[0], made.size, device, memory_of(device))
+        impulses = [field for term in self.terms.everything for field in term.impulses()]
+        self.impulses = [Row(impulses, s) for s in range(self.scenarios)]
         self._reset_clocks()
 
     def _reset_clocks(self) -> None:
@@ -267,8 +269,7 @@ class ExplicitSolver:
 
     def clear_impulses(self, s: int) -> None:
         """Set to zero the contact impulses that the history of scenario s averages."""
-        for impulse in self.impulses:
-            fields.write_row(impulse, s, 0.0)
+        self.impulses[s].fill(0.0)
 
     # --- increments ------------------------------------------------------------------------------
 
@@ -485,12 +486,15 @@ class Scenario:
 
     def centre_of_mass(self) -> np.ndarray:
         """Return the centre of mass (d,) [m] of the meshed bodies."""
+        return self.centres_of_mass(self.positions()[None])[0]
+
+    def centres_of_mass(self, positions: np.ndarray) -> np.ndarray:
+        """Return the centres of mass (rows, d) [m] for nodal positions (rows, nodes, d) [m]."""
         mass = self.model.mass[: self.model.meshed_count]
-        moment = np.einsum(
-            "a,ai->i", mass, self.positions()[: len(mass)]
-        )  # not BLAS, whose last bits vary
-        centre: np.ndarray = moment / mass.sum()
-        return centre
+        # Not BLAS, whose last bits vary.
+        moments = np.einsum("a,rai->ri", mass, positions[:, : len(mass)])
+        centres: np.ndarray = moments / mass.sum()
+        return centres
 
     def peak_energies(self) -> list[np.ndarray | float]:
         """Return the largest energy density so far (m,) [J/m^3] of the model's regions.

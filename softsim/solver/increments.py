@@ -14,13 +14,14 @@ import itertools
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 import taichi as ti
 
 from softsim.compute import backend
-from softsim.compute.backend import ThreadCount
+from softsim.compute.backend import Launch, ThreadCount
 from softsim.compute.fields import index_field, real_field, rounded, write, write_row
 from softsim.compute.term import Pass
 from softsim.errors import DeviceError
@@ -135,7 +136,7 @@ class IncrementKernels:
             (self._in_teams if self.is_small else self._launch)(0)
             ti.sync()
         elif self.threads.size == 1:
-            self._alone(0, 1)
+            self._launch_alone(0, 1)
         else:
             self._together(0, self.threads.workers, 0)
 
@@ -146,7 +147,11 @@ class IncrementKernels:
         way.
         """
         write_row(self.spans, s, np.array(span))
-        self._alone(s, 1)
+        self._launch_alone(s, 1)
+
+    @cached_property
+    def _launch_alone(self) -> Launch:
+        return Launch(self._alone, 0, 1)
 
     def together(self, s: int, span: Span, workers: int) -> None:
         """Run a span in `workers` Taichi threads. Raises DeviceError if some of them do not run."""

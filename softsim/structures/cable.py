@@ -19,9 +19,10 @@ from typing import ClassVar
 import numpy as np
 import taichi as ti
 
-from softsim.compute import backend, fields
+from softsim.compute import backend
 from softsim.compute.fields import Number, index_field, real_field
 from softsim.compute.nodes import Nodes
+from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, Stage, Term
 from softsim.contact.surface_contact import ContactData
 from softsim.rigid.frame import RigidBodies
@@ -187,10 +188,12 @@ class CableTerm(Term):
     def impulses(self) -> list[ti.Field]:
         return [self.tension_impulse]
 
-    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+    def sampled(self) -> list[ti.Field]:
+        return [self.tension_impulse]
+
+    def readings(self, samples: Samples) -> dict[str, np.ndarray]:
         """Return the mean tension of the gauge [N]."""
-        impulse = float(fields.read_row(self.tension_impulse, scenario))
-        return {self.column: impulse / interval if interval > 0.0 else 0.0}
+        return {self.column: samples.mean(samples.read(self.tension_impulse))}
 
     @ti.func
     def edge(self, s, a, b):

@@ -23,9 +23,10 @@ import scipy.sparse as sp
 import taichi as ti
 from scipy.spatial import cKDTree
 
-from softsim.compute import backend, fields
+from softsim.compute import backend
 from softsim.compute.fields import Number, index_field, real_field
 from softsim.compute.nodes import Nodes
+from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, Stage, Term
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.quadrature import cube_functions, simplex_gradients
@@ -207,11 +208,13 @@ class FibreTerm(Term):
     def impulses(self) -> list[ti.Field]:
         return [self.impulse]
 
-    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+    def sampled(self) -> list[ti.Field]:
+        return [self.impulse]
+
+    def readings(self, samples: Samples) -> dict[str, np.ndarray]:
         """Return the mean tension [N] of the bar of each fibre in which it is largest."""
-        impulses = np.maximum.reduceat(fields.read_row(self.impulse, scenario), self.starts)
-        tensions = impulses / interval if interval > 0.0 else 0.0 * impulses
-        return dict(zip(self.columns, tensions.tolist(), strict=True))
+        impulses = np.maximum.reduceat(samples.read(self.impulse), self.starts, axis=1)
+        return dict(zip(self.columns, samples.mean(impulses).T, strict=True))
 
     @ti.func
     def way(self, s, i):

@@ -27,9 +27,10 @@ from typing import ClassVar
 import numpy as np
 import taichi as ti
 
-from softsim.compute import backend, fields
+from softsim.compute import backend
 from softsim.compute.fields import Number, index_field, once, real_field, vector_field
 from softsim.compute.nodes import Nodes
+from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, PerScenario, Stage, WorkingTerm
 from softsim.loads.load import Load
 from softsim.loads.profile import Profile, ProfileTable
@@ -153,13 +154,13 @@ class PulledCableTerm(WorkingTerm):
     def impulses(self) -> list[ti.Field]:
         return [self.impulse]
 
-    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+    def sampled(self) -> list[ti.Field]:
+        return [self.impulse, self.drawn_in]
+
+    def readings(self, samples: Samples) -> dict[str, np.ndarray]:
         """Return the mean tension [N] and the present drawn-in length [m]."""
-        impulse, drawn_in = (
-            float(fields.read_row(field, scenario)) for field in (self.impulse, self.drawn_in)
-        )
-        tension = impulse / interval if interval > 0.0 else 0.0
-        return dict(zip(self.columns, (tension, drawn_in), strict=True))
+        tension = samples.mean(samples.read(self.impulse))
+        return dict(zip(self.columns, (tension, samples.read(self.drawn_in)), strict=True))
 
     @ti.func
     def place(self, s, a):

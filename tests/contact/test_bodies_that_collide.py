@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from present_row import wall_contact
 from surface_rig import PLANE
 
 from softsim.compute import fields
-from softsim.solver.energy import EnergyBalance, EnergyReader, wall_contact
+from softsim.solver.energy import EnergyBalance, EnergyReader
 from softsim.solver.increments import Span
 from softsim.solver.stable_step import stable_step
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from softsim.compute import fields
+from softsim.compute.samples import present
 from softsim.errors import StabilityError
 from softsim.loads.air_line import AirLine, Tube
 from softsim.loads.pressure import PrescribedPressure
@@ -57,7 +58,9 @@ def course(fresh_taichi):
             return self.shown[None]
 
         def sensor(self):
-            return self.kernel.readings(0, self.source, self.shown[None])["pressure"]
+            now = present(0, self.kernel.sampled())
+            shown = np.array([self.shown[None]])
+            return float(self.kernel.readings(now, self.source, shown)["pressure"][0])
 
         def gas(self):
             masses = (self.kernel.line_mass, self.kernel.chamber_mass)
@@ -161,4 +164,4 @@ def test_a_moment_that_comes_twice_passes_once(course):
 def test_a_chamber_without_room_is_told(course):
     run = course(line(LONG, (0.0, 10e3)))
     with pytest.raises(StabilityError, match="has become zero"):
-        run.kernel.readings(0, run.source, -AMBIENT - 1.0)
+        run.kernel.refuse(run.source, -AMBIENT - 1.0)

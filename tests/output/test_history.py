@@ -25,6 +25,17 @@ def written(path: Path, count: int) -> bytes:
     return path.read_bytes()
 
 
+def test_rows_together_are_the_rows_one_by_one(tmp_path):
+    times, counts = np.array([0.1, 0.2, np.nan]), np.array([1, 2, 3])
+    singly = History(tmp_path / "singly.csv", UNITS)
+    for time, count in zip(times, counts, strict=True):
+        singly.append({"time": time, "pressure": 5.0, "contact_count": count})
+    together = History(tmp_path / "together.csv", UNITS)
+    together.append({"time": times, "pressure": 5.0, "contact_count": counts})
+    assert (tmp_path / "together.csv").read_text() == (tmp_path / "singly.csv").read_text()
+    assert together.row_count == 3
+
+
 def test_names_then_units_then_rows(tmp_path: Path) -> None:
     text = written(tmp_path / "history.csv", 2).decode()
     assert text.splitlines()[:3] == [

@@ -4,6 +4,7 @@ stable step.
 
 import numpy as np
 import pytest
+from present_row import readings
 
 from softsim.compute import fields
 
@@ -118,7 +119,7 @@ def test_work_of_the_winch_is_stored_or_moves(build, start, record_verification)
     assert errors[1] < 0.3 * errors[0]
     record_verification("energy of pulled cables, half the step", 0.25 * errors[0], errors[1])
     x = solver.positions()[0]
-    drawn, kept = (term.readings(0, solver.time - began) for term in solver.terms.loads)
+    drawn, kept = (readings(term, solver.time - began) for term in solver.terms.loads)
     assert drawn["drawn_drawn_in"] == pytest.approx(PULL, rel=1e-9)
     assert kept["kept_tension"] == pytest.approx(TENSION, rel=1e-9)
     shorter = model.loads[1].rest_length - length(model.loads[1], x)
@@ -167,7 +168,7 @@ def test_a_tendon_beside_the_middle_bends_a_beam(
     compliance = reach * (OFF**2 / (plane * inertia) + 1.0 / (plane * area))
     if tension is None:
         tension = 0.02e-3 / (compliance + 1.0 / 50.0)
-        assert solver.terms.loads[0].readings(0, 1.0)["tendon_drawn_in"] == pytest.approx(0.02e-3)
+        assert readings(solver.terms.loads[0], 1.0)["tendon_drawn_in"] == pytest.approx(0.02e-3)
     exact = tension * OFF * reach / (plane * inertia)
     record_verification(f"beam bent by a tendon, {driven.split(':')[0]}: turn [rad]", exact, turned)
     assert turned == pytest.approx(exact, rel=0.02)

@@ -6,9 +6,9 @@ are held against the ground's edges as ever.
 
 import numpy as np
 import pytest
+from present_row import readings, wall_contact
 
 from softsim.compute import fields
-from softsim.solver.energy import wall_contact
 
 G, DENSITY = 9.81, 1000.0
 SCENE = f"""
@@ -195,7 +195,7 @@ def test_knife_edges_that_rise_lift_the_block(build, start):
         solver.advance(500)
         largest = max(largest, balance.error(reader.read()))
     rise = solver.scenario(0).centre_of_mass()[1] - began_at[1]
-    force = walls.readings(0, solver.time - began)["ground_drive_force"]
+    force = readings(walls, solver.time - began)["ground_drive_force"]
     assert largest < 2e-3
     assert rise == pytest.approx(0.5e-3, abs=5e-6)
     assert force == pytest.approx(WEIGHT, rel=0.05)

@@ -17,9 +17,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from present_row import wall_contact
 from scipy.optimize import brentq
-
-from softsim.solver.energy import wall_contact
 
 SLOPE = """
 bodies:

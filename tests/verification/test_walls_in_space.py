@@ -12,9 +12,9 @@ couples its bounce with pitch and roll, whatever the time step), and so creep do
 
 import numpy as np
 import pytest
+from present_row import wall_contact
 
 from softsim.compute import fields
-from softsim.solver.energy import wall_contact
 
 WEDGE, FRICTION = 0.8, 0.4
 

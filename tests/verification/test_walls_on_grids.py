@@ -9,8 +9,7 @@ height changes by what both take together, over cos beta.
 import meshio
 import numpy as np
 import pytest
-
-from softsim.solver.energy import wall_contact
+from present_row import wall_contact
 
 
 def settle(solver, until, count=500):
