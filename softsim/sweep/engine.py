@@ -3,25 +3,37 @@
 Workers are processes of this machine, or those of a dask scheduler elsewhere.
 """
 
+import asyncio
 import logging
 import os
 import signal
 import time
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 from uuid import uuid4
 
 import dask
-from distributed import Client, Future, KilledWorker, LocalCluster, Worker, WorkerPlugin
+import psutil
+from distributed import (
+    Client,
+    Future,
+    KilledWorker,
+    LocalCluster,
+    Worker,
+    WorkerPlugin,
+    get_worker,
+)
 from distributed.client import FutureCancelledError
+from distributed.core import Status
 
 from softsim.compute.machine import chosen_device, processor_count
 from softsim.errors import ClusterError, Interrupted, SoftsimError
-from softsim.interruption import ask_threads_to_stop, stop_signals
+from softsim.interruption import STOPPING, ask_threads_to_stop, stop_signals
 from softsim.output.folder import RunFolder
 from softsim.study.cases import LOST, WAITING
 from softsim.sweep.job import (
@@ -39,8 +51,18 @@ from softsim.sweep.job import (
 POLL = 0.25
 """Interval [s] of checks for a signal."""
 
-PATIENCE = 60.0
-"""Time limit [s] for runs to write their checkpoints: a compilation is completed first."""
+PATIENCE = 2.0
+"""Time limit [s] for runs of this machine to write their checkpoints once asked to stop.
+
+A process that does not respond, as while kernels are compiled, is ended then; its case continues
+later from its last checkpoint, or from the start if it has none.
+"""
+
+REMOTE_PATIENCE = 60.0
+"""The same for workers elsewhere, whose processes cannot be ended from here."""
+
+CLOSE_WITHIN = 0.5
+"""Time limit [s] for a process of a local pool to end by itself."""
 
 ATTEMPTS = 2
 """Deaths of its process after which a case is lost: another may have caused the first one."""
@@ -51,6 +73,12 @@ MOST_GIVEN_OUT = 10
 ANSWER_WITHIN = 5.0
 """Time limit [s] for the answer of a scheduler."""
 
+MOST_GROWTH = 300e6
+"""Growth [bytes] of a process since its first jobs after which it is replaced by a new one.
+
+Taichi keeps some memory of every solver that a process has had.
+"""
+
 COUNT_EVERY = 2.0
 """Interval [s] at which workers are counted."""
 
@@ -58,11 +86,12 @@ COUNT_EVERY = 2.0
 class WorkerPool:
     """Pool of workers that each do one thing at a time, always in the same thread.
 
-    Taichi has one runtime per process, which is bound to the thread that started it.
+    Taichi has one runtime per process, which is bound to the thread that started it. patience: time
+    limit [s] for runs to end after `ask_to_stop`.
     """
 
-    def __init__(self, client: Client) -> None:
-        self.client = client
+    def __init__(self, client: Client, patience: float = PATIENCE) -> None:
+        self.client, self.patience = client, patience
         self.counted_at, self.counted = -COUNT_EVERY, 0
 
     @property
@@ -77,9 +106,15 @@ class WorkerPool:
         """Submit a function call to a worker."""
         return self.client.submit(function, *arguments, pure=False)
 
+    def renew(self, worker: str) -> None:
+        """Replace the process of an idle worker, given by its address, by a new one."""
+        with suppress(ValueError):  # started without a nanny, it has nobody to start it again
+            self.client.restart_workers([worker], raise_for_error=False)
+
     def ask_to_stop(self) -> None:
-        """Ask all runs to write their checkpoints and end."""
-        self.client.run(ask_threads_to_stop, on_error="ignore")
+        """Ask all runs to write their checkpoints and end; a worker may be too busy to respond."""
+        with suppress(TimeoutError):
+            self.client.run(ask_threads_to_stop, on_error="ignore", callback_timeout=POLL)
 
 
 def pool_for(
@@ -120,7 +155,22 @@ def local_pool(workers: int) -> Iterator[WorkerPool]:
         Client(cluster) as client,
     ):
         client.register_plugin(_ChildProcess())
-        yield WorkerPool(client)
+        try:
+            yield WorkerPool(client)
+        finally:
+            cluster.sync(_end_processes, cluster)
+
+
+async def _end_processes(cluster: LocalCluster) -> None:
+    """End the processes of a cluster, those that do not respond by SIGKILL."""
+    processes = {nanny.pid: nanny for nanny in cluster.workers.values() if nanny.pid}
+    closing = [asyncio.ensure_future(nanny.close()) for nanny in processes.values()]
+    await asyncio.wait(closing, timeout=CLOSE_WITHIN)
+    for pid, nanny in processes.items():
+        if nanny.status is not Status.closed:
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+    await asyncio.gather(*closing)
 
 
 class _ChildProcess(WorkerPlugin):
@@ -129,8 +179,9 @@ class _ChildProcess(WorkerPlugin):
     name = "child process"
 
     def setup(self, worker: Worker) -> None:
-        """Ignore Ctrl-C, which reaches all processes of a terminal: the main process handles it."""
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        """Ignore Ctrl-C and SIGTERM, which may reach all processes: the main one acts on them."""
+        for number in STOPPING:
+            signal.signal(number, signal.SIG_IGN)
 
     def teardown(self, worker: Worker) -> None:
         """End at once: a process that has run Taichi stays until it is killed, seconds later."""
@@ -152,7 +203,7 @@ def remote_pool(address: str, folder: Path) -> Iterator[WorkerPool]:
         ) from error
     with client:
         _refuse_strangers(client, folder)
-        yield WorkerPool(client)
+        yield WorkerPool(client, REMOTE_PATIENCE)
 
 
 def _refuse_strangers(client: Client, folder: Path) -> None:
@@ -275,7 +326,7 @@ class _InFlight:
             self.gathered = []
 
     def _submit(self, unit: Sequence[Job]) -> None:
-        future = self.pool.submit(work, unit, self.simulate)
+        future = self.pool.submit(_work, unit, self.simulate)
         self.units[future] = unit
         self.given_out.update(job.key for job in unit)
         future.add_done_callback(self.finished.put)
@@ -294,14 +345,19 @@ class _InFlight:
                     yield job, outcome
 
     def _outcomes(self, future: Future, unit: Sequence[Job]) -> Iterable[Outcome]:
+        outcomes: list[Outcome]
+        overgrown: str | None
         try:
-            return future.result()
+            outcomes, overgrown = future.result()
         except KilledWorker:
             return self._after_death(unit)
         except FutureCancelledError as error:
             raise ClusterError(
                 f"the workers have stopped: {error}", hint="repeat the command to continue"
             ) from error
+        if overgrown is not None:
+            self.pool.renew(overgrown)
+        return outcomes
 
     def _after_death(self, unit: Sequence[Job]) -> Iterator[Outcome]:
         """Yield the outcome of a job that has crashed its workers; submit others again.
@@ -320,9 +376,27 @@ class _InFlight:
     def ended_early(self) -> Iterator[tuple[Job, Outcome]]:
         """Ask running jobs to write checkpoints; yield those that end nevertheless."""
         began = time.monotonic()
-        while self.units and time.monotonic() - began < PATIENCE:
+        while self.units and time.monotonic() - began < self.pool.patience:
             self.pool.ask_to_stop()
             yield from self.collect()
+
+
+def _work(unit: Sequence[Job], simulate: Simulate) -> tuple[list[Outcome], str | None]:
+    """Run jobs in a worker; return the outcomes, and its address if its process has grown much."""
+    outcomes = work(unit, simulate)
+    growth = _memory() - _memory_after_first_jobs()
+    return outcomes, get_worker().address if growth > MOST_GROWTH else None
+
+
+def _memory() -> int:
+    """Return the memory of this process [bytes]."""
+    return psutil.Process().memory_info().rss
+
+
+@cache
+def _memory_after_first_jobs() -> int:
+    """Return the memory [bytes] that this process had when this function was called first."""
+    return _memory()
 
 
 def _lost(job: Job) -> Outcome:

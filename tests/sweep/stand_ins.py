@@ -1,12 +1,18 @@
 """Cheap stand-ins for the simulation of a job: what a worker calls must be importable there."""
 
+import ctypes
 import json
 import os
 import signal
 import time
 
+import psutil
+
 from softsim.errors import Interrupted, OutputError, StabilityError
 from softsim.interruption import stop_signals
+
+KEPT = []
+"""What `hungry` never frees."""
 
 EDGE = 6.2
 """Time of its fall [ms] from which on a block slips no more."""
@@ -74,3 +80,23 @@ def waiting(jobs):
             time.sleep(0.01)
     (jobs[0].folder / "checkpoint.h5").write_text("state")
     return [Interrupted("stopped")]
+
+
+def compiling(jobs):
+    """Cases 1 and 2 run to their end, the others hold the interpreter as a compilation does."""
+    if jobs[0].case.number <= 2:
+        return fine(jobs)
+    (jobs[0].folder / "checkpoint.h5").write_text("state")
+    ctypes.PyDLL(None).sleep(60)
+    return fine(jobs)
+
+
+def hungry(jobs):
+    """Keep 200 MB; the summary names the process and its memory [bytes]."""
+    KEPT.append(b"x" * 200_000_000)
+    fine(jobs)
+    process = psutil.Process()
+    found = {"process": process.pid, "memory": process.memory_info().rss}
+    for job in jobs:
+        (job.folder / "summary.json").write_text(json.dumps(found))
+    return [None for _ in jobs]

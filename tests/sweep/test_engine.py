@@ -1,6 +1,7 @@
 """The engine with stand-ins for simulations: order, window, what is stored, what dies."""
 
 import json
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,7 @@ import stand_ins
 
 from softsim.errors import OutputError
 from softsim.study.cases import DONE, FAILED, LOST, Case, Source
-from softsim.sweep.engine import WorkerPool, completed, local_pool
+from softsim.sweep.engine import MOST_GROWTH, WorkerPool, completed, local_pool
 from softsim.sweep.job import EVERYTHING, Job
 
 
@@ -103,6 +104,17 @@ def test_a_case_that_kills_its_process_is_lost_and_the_others_go_on(pool, jobs):
     assert "ended unexpectedly 2 times" in found[1].reason
     case = json.loads((jobs(1)[0].folder / "case.json").read_text())
     assert case["status"] == LOST and case["values"] == {"rate": 0}
+
+
+def test_a_process_that_has_grown_is_replaced(pool, jobs):
+    """Each keeps 200 MB: the second growth of a process is its last."""
+    found = outcomes(completed(jobs(8), pool, simulate=stand_ins.hungry))
+    assert {o.status for o in found.values()} == {DONE}
+    summaries = [outcome.summary for outcome in found.values()]
+    each = Counter(summary["process"] for summary in summaries)
+    assert len(each) > 2 and max(each.values()) <= 3
+    smallest = min(summary["memory"] for summary in summaries)
+    assert max(summary["memory"] for summary in summaries) < smallest + MOST_GROWTH + 250e6
 
 
 class Overbooked(WorkerPool):

@@ -144,10 +144,10 @@ def test_cases_run_side_by_side_as_they_do_alone(study_file, tmp_path, pool):
     assert_frame_equal(alone.drop(WALL_TIME), together.drop(WALL_TIME))
 
 
-def started(study_file, folder):
+def started(study_file, folder, simulate="waiting"):
     """A sweep in a process, once two of its cases have ended and the third runs; its workers."""
     process = subprocess.Popen(
-        [sys.executable, str(HERE / "study_process.py"), str(study_file), str(folder)],
+        [sys.executable, str(HERE / "study_process.py"), str(study_file), str(folder), simulate],
         stderr=subprocess.PIPE, text=True, start_new_session=True,
     )  # fmt: skip
     deadline = time.monotonic() + 60.0
@@ -235,18 +235,36 @@ def test_a_bisection_ends_where_all_runs_fail(bisection_file, tmp_path, pool):
     assert told.startswith("not determined, because all runs at one level failed")
 
 
-def test_ctrl_c_leaves_checkpoints_and_no_processes(study_file, tmp_path, pool):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_to_all_leaves_checkpoints_and_no_processes(study_file, tmp_path, pool, number):
     folder = tmp_path / "out"
     process, workers = started(study_file, folder)
-    os.killpg(process.pid, signal.SIGINT)  # all processes of a terminal get it
+    os.killpg(process.pid, number)  # as Ctrl-C at a terminal, or the end of a job on a cluster
     _, said = process.communicate(timeout=60.0)
     assert process.returncode == 4
-    assert "stopped by SIGINT, 2 of 6 cases\n  repeat the command to continue" in said
+    assert f"stopped by {number.name}, 2 of 6 cases\n  repeat the command to continue" in said
     assert "Traceback" not in said
     assert not psutil.wait_procs(workers, timeout=10.0)[1]
     assert read_study(folder).status == "interrupted"
     assert read_table(folder)["status"].to_list() == [DONE, DONE, *[WAITING] * 4]
     assert len(list(folder.glob("cases/*/checkpoint.h5"))) == 1
+    goes_on(study_file, folder, pool)
+
+
+def test_sigterm_acts_within_five_seconds_while_a_worker_compiles(study_file, tmp_path, pool):
+    """The worker does not respond: it holds the interpreter."""
+    folder = tmp_path / "out"
+    process, workers = started(study_file, folder, "compiling")
+    asked = time.monotonic()
+    process.send_signal(signal.SIGTERM)
+    _, said = process.communicate(timeout=60.0)
+    assert time.monotonic() - asked < 5.0
+    assert process.returncode == 4
+    assert "stopped by SIGTERM, 2 of 6 cases\n  repeat the command to continue" in said
+    assert "Traceback" not in said
+    assert not psutil.wait_procs(workers, timeout=1.0)[1]
+    assert read_study(folder).status == "interrupted"
+    assert read_table(folder)["status"].to_list() == [DONE, DONE, *[WAITING] * 4]
     goes_on(study_file, folder, pool)
 
 
