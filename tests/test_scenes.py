@@ -40,11 +40,12 @@ def test_runs_for_a_moment(name, tmp_path, kernel_cache, monkeypatch):
         SCENES / name,
         # Static scenes too: settling takes longer than a moment and has tests of its own. What a
         # scene expects, it expects of its whole run.
-        ["time.end=4 ms", "time.procedure=dynamic", "time.settle=null", "expect={}"],
+        ["time.end=4 ms", "time.procedure=dynamic", "time.method=null", "time.settle=null",
+         "expect={}"],
         tmp_path,
         "cpu",
         console=Console(file=io.StringIO()),
-    )
+    )  # fmt: skip
     assert results.summary["status"] == "done"
     assert results.summary["energy_error"] < 0.01
     place = "frame_x" if "frame_displacement" in results.summary else "body_x"

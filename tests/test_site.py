@@ -104,7 +104,8 @@ def test_a_link_that_is_lost_stops_the_build(link, tmp_path):
         copy = docs / page.relative_to(DOCS)
         copy.parent.mkdir(exist_ok=True)
         if page in NOTEBOOKS:
-            shutil.copy(page, copy)
+            for file in (page, *page.parent.glob("*.png")):
+                shutil.copy(file, copy.parent)
         else:
             copy.write_text(f"# {page.stem}\n")
     assert build(docs / "site" / "mkdocs.yml", tmp_path / "built").returncode == 0
