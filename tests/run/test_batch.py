@@ -96,7 +96,7 @@ FROM_A_REUSED_SOLVER = {
     "rough": CASES["rough"],
     "thick": ["bodies.block.thickness=6 mm"],
     "soft": ["bodies.block.material=ecoflex_00_50"],
-    "long": ["bodies.block.mesh.length=4.2 mm"],
+    "short": ["bodies.block.mesh.length=3.9 mm"],
     "held": ["bodies.block.fixed=[left]"],
     "weak contact": ["contact.penalty_stiffness=2 kN/m"],
     "low": ["environment.walls.floor.point=[0 mm, -1.01 mm]"],
