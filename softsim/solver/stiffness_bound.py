@@ -378,7 +378,7 @@ class ReferenceRegion:
         """Return the largest norm of the Green strain (F^T F - I) / 2 relative to that shape.
 
         The nodes are now at x (n, d) [m]. Arrays have their elements last: numpy multiplies small
-        matrices one by one, which takes four times as long.
+        matrices one by one, which is slower.
         """
         hoop, d = self.region.geometry.hoop, self.region.geometry.dimension
         corners = np.ascontiguousarray(x.T)[:, self.cells]
