@@ -149,7 +149,6 @@ def test_figures_and_page_can_be_left_for_later(softsim, write_scene, tmp_path):
     assert later in done.stdout and later in (out / "run.log").read_text()
 
 
-@pytest.mark.starts(1)
 @pytest.mark.physics
 def test_compile_stores_the_large_kernels_of_a_run(write_scene, tmp_path):
     scene, environment = write_scene(SCENE), os.environ | {"SOFTSIM_CACHE": str(tmp_path / "new")}
@@ -169,6 +168,7 @@ def test_compile_stores_the_large_kernels_of_a_run(write_scene, tmp_path):
     assert sum(compiled.values()) > 0.9 * sum(after_run.values()) > 0.0
 
 
+@pytest.mark.starts(1)
 def test_check_says_size_step_and_duration(softsim, write_scene):
     done = softsim("check", write_scene(SCENE), "--device", "cpu", "--threads", "1")
     assert done.exit_code == 0, done.stderr
