@@ -185,7 +185,7 @@ class Laboratory:
         try:
             results = run(
                 scene, out=folder, device=self.settings.device, console=self.console,
-                threads=self.settings.threads, profile_after=float("inf"),
+                threads=self.settings.threads,
             )  # fmt: skip
         finally:
             # A body that broke has a failed frame to look at too.

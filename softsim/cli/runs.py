@@ -1,6 +1,5 @@
 """Commands on one scene: run it, check it, assess whether a robot gets through a layout."""
 
-import math
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -87,23 +86,22 @@ def run(
         from softsim.cli.run_tables import summary_table
         from softsim.output.folder import HISTORY
         from softsim.output.history import read_units
-        from softsim.run import PROFILE_AFTER, run_steps
         from softsim.run import run as run_scene
+        from softsim.run import run_steps
 
         folder = out or Path("runs") / scene.stem
         end_with = report_runs if report else put_off_reports
-        after = 0.0 if profile else PROFILE_AFTER
         try:
             with ended_by(lambda: end_with(folder, console)), _opened_views(live, console) as views:
                 if steps:
-                    found = run_steps(
-                        steps, folder, device.value, resume, console, threads, after, source, views
-                    )
-                    done = list(found.values())
+                    done = list(run_steps(
+                        steps, folder, device.value, resume, console, threads, profile, source,
+                        views,
+                    ).values())  # fmt: skip
                 else:
                     done = [run_scene(
                         scene, overrides or [], folder, device.value, resume, console, threads,
-                        after, monitors=views,
+                        profile, monitors=views,
                     )]  # fmt: skip
         except ExpectationError:  # the run is done all the same, and measured
             _show_profiles(folder, profile, console)
@@ -352,9 +350,7 @@ def assess(
         from softsim.run import run as run_scene  # imports Taichi
 
         with ended_by(lambda: _show_passage(folder, console)):
-            run_scene(
-                loaded, [], folder, device.value, resume, console, threads, profile_after=math.inf
-            )
+            run_scene(loaded, [], folder, device.value, resume, console, threads)
 
 
 def _length(text: str, option: str) -> float:

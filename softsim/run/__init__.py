@@ -10,7 +10,7 @@ increment.
 """
 
 from softsim.run.course import Results
-from softsim.run.scenes import PROFILE_AFTER, run, run_batch
+from softsim.run.scenes import run, run_batch
 from softsim.run.steps import run_steps
 
-__all__ = ["PROFILE_AFTER", "Results", "run", "run_batch", "run_steps"]
+__all__ = ["Results", "run", "run_batch", "run_steps"]

@@ -212,8 +212,8 @@ class WallClock:
 
     def enter_loop(self, increment_counts: np.ndarray) -> None:
         """Mark the start of the loop; increment_counts (scenarios,): increments of each run."""
-        self.loop_began = self.steady_since = time.monotonic()
-        self.spent[START] = self.loop_began - self.began
+        self.steady_since = time.monotonic()
+        self.spent[START] = self.steady_since - self.began
         self.counts_before = increment_counts.copy()
 
     def note_block(self, increment_counts: np.ndarray) -> None:

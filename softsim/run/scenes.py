@@ -1,6 +1,5 @@
 """Runs of scenes: one scene with its folder and console, or several that share a structure."""
 
-import math
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -22,10 +21,6 @@ from softsim.scene.loading import Loaded, LoadedScene, load_scene
 from softsim.scene.steps import AT_THE_START, Beginning
 from softsim.solver.explicit import refuse_before_start, scenarios_that_fit
 
-# Only a loop that took longer [s] is followed by measuring its passes: their kernel takes a second
-# or two to trace, ten or twenty to compile the first time.
-PROFILE_AFTER = 60.0
-
 
 def run(
     scene: Path | str | LoadedScene,
@@ -35,7 +30,7 @@ def run(
     resume: bool = False,
     console: Console | None = None,
     threads: int | str = AUTO,
-    profile_after: float = PROFILE_AFTER,
+    profile: bool = False,
     stop_conditions: Sequence[MakesStopCondition] = (),
     monitors: Sequence[Monitor] = (),
 ) -> Results:
@@ -57,9 +52,9 @@ def run(
         Console for progress and warnings. Default: the terminal.
     threads : int or "auto"
         Number of CPU threads. "auto": one for a small model, else all processors.
-    profile_after : float
-        A run whose time integration took longer than this [s] ends with a measurement of the cost
-        of each kernel.
+    profile : bool
+        Measure the cost of each kernel after the run. This takes some seconds, 10 to 20 s for the
+        first time.
     stop_conditions : sequence of callable
         Additional conditions that end the run early. Each is called with the model and returns a
         `softsim.output.stop_conditions.StopCondition`; `ended_by` in the summary names the one
@@ -109,7 +104,7 @@ def run(
                     f"nothing to resume in {target.path}: the run starts from the beginning"
                 )
             batch = Batch([RunFiles(loaded, model, target, console)], choice, [stop_conditions])
-        return outcome_of(batch, console, profile_after, monitors)
+        return outcome_of(batch, console, profile, monitors)
 
 
 def ready_model(loaded: LoadedScene, choice: Choice, beginning: Beginning = AT_THE_START) -> Model:
@@ -124,11 +119,12 @@ def ready_model(loaded: LoadedScene, choice: Choice, beginning: Beginning = AT_T
 
 
 def outcome_of(
-    batch: Batch, console: Console, profile_after: float, monitors: Sequence[Monitor] = ()
+    batch: Batch, console: Console, profile: bool, monitors: Sequence[Monitor] = ()
 ) -> Results:
     """Run a batch of one to its end; raise the error that stopped it, if there is one."""
     [outcome] = batch.run(console, monitors)
-    batch.add_profile(profile_after)
+    if profile:
+        batch.add_profile()
     if isinstance(outcome, SoftsimError):
         raise outcome
     return outcome
@@ -174,7 +170,7 @@ def run_case(
         else:
             opened = files(loaded, model, target, console)
             batch = Batch([opened], choice, [stop_conditions], make_solver=make_solver)
-        return outcome_of(batch, console, math.inf)
+        return outcome_of(batch, console, profile=False)
 
 
 def run_batch(

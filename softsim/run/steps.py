@@ -30,7 +30,7 @@ from softsim.run.batch import Batch, Monitor
 from softsim.run.course import Results
 from softsim.run.handover import EarlierStep, fitting_steps, refuse_source, take_step
 from softsim.run.record import RunFiles
-from softsim.run.scenes import PROFILE_AFTER, outcome_of, ready_model, resumed
+from softsim.run.scenes import outcome_of, ready_model, resumed
 from softsim.scene.steps import AT_THE_START, Step, following
 
 
@@ -41,7 +41,7 @@ def run_steps(
     resume: bool = False,
     console: Console | None = None,
     threads: int | str = AUTO,
-    profile_after: float = PROFILE_AFTER,
+    profile: bool = False,
     source: Path | None = None,
     monitors: Sequence[Monitor] = (),
 ) -> dict[str, Results]:
@@ -62,7 +62,7 @@ def run_steps(
         Console for progress and warnings. Default: the terminal.
     threads : int or "auto"
         Number of CPU threads. "auto": one for a small model, else all processors.
-    profile_after : float
+    profile : bool
         As for `run`.
     source : Path, optional
         Folder of another run. Its first steps are copied instead of run, as many as are finished
@@ -104,7 +104,7 @@ def run_steps(
             f"; later steps are not reused: {reason}" if reason else ""
         )
         console.print(said, highlight=False)
-    work = Work(RunFolder(path), tuple(steps), choice, console, profile_after, tuple(monitors))
+    work = Work(RunFolder(path), tuple(steps), choice, console, profile, tuple(monitors))
     with claimed(path):
         if taken:
             work.take(taken)
@@ -140,7 +140,7 @@ class Work:
     steps: tuple[Step, ...]
     choice: Choice
     console: Console
-    profile_after: float
+    profile: bool
     monitors: tuple[Monitor, ...]
 
     def path(self, number: int) -> Path:
@@ -218,7 +218,7 @@ class Work:
             else:
                 files = RunFiles(step.loaded, model, target, self.console)
                 batch = Batch([files], self.choice, [()], earlier=earlier)
-            return outcome_of(batch, self.console, self.profile_after, self.monitors)
+            return outcome_of(batch, self.console, self.profile, self.monitors)
 
     def write_summary(self, status: str) -> None:
         """Write the summary of all steps to their common folder."""

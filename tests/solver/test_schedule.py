@@ -4,13 +4,13 @@ import pytest
 
 from softsim.solver.schedule import (
     ALLOWED_CHANGE,
-    ESTIMATES_TO_GROW,
     FIRST_INTERVAL,
     GROWTH,
+    INCREMENTS_TO_GROW,
     LEAST_LOOKS,
     LONGEST_INTERVAL,
-    LONGEST_TO_GROW,
     LOOK_INTERVAL,
+    FRACTION_TO_GROW,
     SHORTEST_INTERVAL,
     StableStepSchedule,
     next_interval,
@@ -36,7 +36,7 @@ def test_a_fall_beyond_what_is_allowed_shortens_it():
 
 def test_a_stable_step_that_grows_needs_no_haste():
     assert next_interval(100, 5e-6, 7e-6, LONG) == 200
-    assert next_interval(LONGEST_INTERVAL, 5e-6, 7e-6, LONG) == LONGEST_TO_GROW
+    assert next_interval(LONGEST_INTERVAL, 5e-6, 7e-6, LONG) == LONGEST_INTERVAL
 
 
 def test_a_short_run_is_looked_at_often_enough_and_its_step_may_grow():
@@ -45,7 +45,7 @@ def test_a_short_run_is_looked_at_often_enough_and_its_step_may_grow():
     assert (plan.look_due, plan.estimate_due) == (100 + 3200 // LEAST_LOOKS, 100 + 4000)
     plan.plan_look(200, 32.0)
     assert plan.look_due == 200 + SHORTEST_INTERVAL
-    assert next_interval(2000, 5e-6, 6e-6, 3200.0) == 3200 // LEAST_LOOKS
+    assert next_interval(2000, 5e-6, 6e-6, 3200.0) == 0.5 * FRACTION_TO_GROW * 3200
 
 
 def test_the_plan_starts_from_the_step_found_at_the_start():
@@ -56,16 +56,26 @@ def test_the_plan_starts_from_the_step_found_at_the_start():
 
 
 def test_the_plan_keeps_the_lowest_step_until_it_has_grown():
-    plan = StableStepSchedule(5e-6)
-    grown = [5e-6, 6e-6] * (ESTIMATES_TO_GROW // 2)
+    plan, count = StableStepSchedule(5e-6), 0
+    grown = [5e-6, 6e-6] * 8
+    each = INCREMENTS_TO_GROW // (len(grown) - 1) + 1
     swinging = [*grown[:-1], 4.1e-6, *grown[:-1], 3.9e-6]
     for now in (4e-6, *swinging, *grown[:-1]):
-        plan.plan_next(now, 100, LONG)
+        count += each
+        plan.plan_next(now, count, LONG)
         assert plan.lowest == min(4e-6, now) or plan.lowest == 3.9e-6
-    plan.plan_next(5.5e-6, 100, LONG)
+    plan.plan_next(5.5e-6, count + each, LONG)
     assert plan.lowest == 5e-6
-    plan.plan_next(0.99 * GROWTH * 5e-6, 100, LONG)
+    plan.plan_next(0.99 * GROWTH * 5e-6, count + 2 * each, LONG)
     assert plan.lowest == 5e-6
+
+
+def test_the_step_grows_by_the_last_estimate_within_the_time_to_grow():
+    plan, count, made = StableStepSchedule(4e-6, interval=LONGEST_INTERVAL), 0, 0
+    while plan.lowest == 4e-6:
+        count, made = plan.estimate_due if made else 0, made + 1
+        plan.plan_next(5e-6, count, LONG)
+    assert (plan.lowest, count, made) == (5e-6, INCREMENTS_TO_GROW, 3)
 
 
 def test_looks_lie_closer_together_than_estimates():
