@@ -5,12 +5,12 @@ import pytest
 from softsim.solver.schedule import (
     ALLOWED_CHANGE,
     FIRST_INTERVAL,
+    FRACTION_TO_GROW,
     GROWTH,
     INCREMENTS_TO_GROW,
     LEAST_LOOKS,
     LONGEST_INTERVAL,
     LOOK_INTERVAL,
-    FRACTION_TO_GROW,
     SHORTEST_INTERVAL,
     StableStepSchedule,
     next_interval,
