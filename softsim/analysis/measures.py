@@ -136,8 +136,10 @@ def contact_count(t: np.ndarray, touched: np.ndarray) -> int:
 # -------------------------------------------------------------------------------------------------
 # The vibration frequency of a frame, from its history.
 #
-# Rows of a history are not quite evenly spaced, so the spectrum is Lomb and Scargle's (least
-# squares of a sine), of the motion less its linear drift, under a Hann window.
+# Rows of a history are not quite evenly spaced, so the spectrum is that of least squares (Lomb
+# 1976, Astrophys. Space Sci. 39:447-462), of the motion less its linear drift, under a Hann window.
+# With the products p_k of the motion with cosine and sine, and G_kl of these with each other, the
+# power is p . G^-1 p / 2. (scipy.signal has it too, but takes a second or more to import.)
 
 # What is looked at: so much of the end of the run [s], if the motor ran steadily all the time, and
 # no less than so many of its turns.
@@ -165,14 +167,15 @@ def strongest(t: np.ndarray, y: np.ndarray, slowest: float, fastest: float) -> P
 
     A sine faster than half the rate of the rows appears as a slower one.
     """
-    from scipy.signal import lombscargle  # slow to import, and asked for at the end of a run
-
     span = t[-1] - t[0]
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * (t - t[0]) / span)
     swing = window * (y - np.polyval(np.polyfit(t - t[0], y, 1), t - t[0]))
 
     def power(frequency: float | np.ndarray) -> np.ndarray:
-        return np.atleast_1d(lombscargle(t, swing, 2.0 * np.pi * np.atleast_1d(frequency)))
+        phase = 2.0 * np.pi * np.multiply.outer(np.atleast_1d(frequency), t - t[0])
+        waves = np.stack([np.cos(phase), np.sin(phase)], axis=1)
+        p, G = np.einsum("fkr,r->fk", waves, swing), np.einsum("fkr,flr->fkl", waves, waves)
+        return 0.5 * np.einsum("fk,fk->f", p, np.linalg.solve(G, p[:, :, None])[:, :, 0])
 
     step = 1.0 / (OVERSAMPLING * span)
     frequencies = np.arange(slowest, fastest, step)

@@ -4,13 +4,14 @@ The file follows VTKHDF 2.0, UnstructuredGrid with Steps. Beside /VTKHDF the gro
 what VTK has no place for: in /softsim/frames arrays per frame (poses of rigid bodies), in /softsim
 itself arrays and texts of the whole run (walls, outlines, titles, node sets).
 
-A killed run leaves a file that reads. Each frame is one opening of the file in HDF5's
-single-writer mode, which orders its writes so that the file is whole at any moment, and the number
-of frames is raised last: a frame of which only a part was written does not count. What that mode
-cannot do, adding arrays, is done on a copy that takes the file's place.
+A killed run leaves a file that reads. Frames are written, one or several, in one opening of the
+file in HDF5's single-writer mode, which orders its writes so that the file is whole at any moment,
+and the number of frames is raised last: a frame of which only a part was written does not count.
+What that mode cannot do, adding arrays, is done on a copy that takes the file's place.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +35,28 @@ FORMAT = ("v110", "v110")
 ROOT, STEPS, TIMES = "VTKHDF", "VTKHDF/Steps", "VTKHDF/Steps/Values"
 POINT_DATA, CELL_DATA = "VTKHDF/PointData", "VTKHDF/CellData"
 OWN, EXTRA, SETS = "softsim", "softsim/frames", "softsim/sets"
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Fields at a time [s].
+
+    point_data: arrays (n,) or (n, c), two columns become three, as ParaView wants vectors.
+    cell_data: (m,) or (m, c). extra: arrays of any shape, beside the mesh.
+    """
+
+    time: float
+    point_data: Arrays
+    cell_data: Arrays
+    extra: Arrays
+
+    def entries(self) -> dict[str, np.ndarray]:
+        """Return the rows of each array of the file."""
+        return {
+            **{f"{POINT_DATA}/{name}": _vectors(a) for name, a in self.point_data.items()},
+            **{f"{CELL_DATA}/{name}": _vectors(a) for name, a in self.cell_data.items()},
+            **{f"{EXTRA}/{name}": np.asarray(a)[None] for name, a in self.extra.items()},
+        }
 
 
 class FieldWriter:
@@ -122,33 +145,35 @@ class FieldWriter:
     def append(
         self, time: float, point_data: Arrays, cell_data: Arrays, extra: Arrays | None = None
     ) -> None:
-        """Write one frame and hand it to the operating system.
+        """Write one frame; arguments and errors as for `extend`."""
+        self.extend([Frame(time, point_data, cell_data, extra or {})])
 
-        time: [s], later than the last frame's. point_data: arrays (n,) or (n, c), two columns
-        become three, as ParaView wants vectors. cell_data: (m,) or (m, c). extra: arrays of any
-        shape, beside the mesh. Names and shapes are the same in every frame.
+    def extend(self, frames: Sequence[Frame]) -> None:
+        """Write one or several frames and hand them to the operating system.
+
+        Times increase. Names and shapes are the same in every frame.
         Raises OutputError if any of that does not hold, or if the disk refuses.
         """
-        if not time > self.last_time:
-            raise OutputError(
-                f"{self.path}: a frame at {time:g} s does not come after the last one, "
-                f"at {self.last_time:g} s"
-            )
-        frame = {
-            **{f"{POINT_DATA}/{name}": _vectors(a) for name, a in point_data.items()},
-            **{f"{CELL_DATA}/{name}": _vectors(a) for name, a in cell_data.items()},
-            **{f"{EXTRA}/{name}": np.asarray(a)[None] for name, a in (extra or {}).items()},
-        }
+        times = [self.last_time, *(frame.time for frame in frames)]
+        for last, time in itertools.pairwise(times):
+            if not time > last:
+                raise OutputError(
+                    f"{self.path}: a frame at {time:g} s does not come after the last one, "
+                    f"at {last:g} s"
+                )
+        entries = [frame.entries() for frame in frames]
         with explained(self.path):
-            require_room(self.path, sum(array.nbytes for array in frame.values()))
-            self._check(frame)
+            require_room(self.path, sum(array.nbytes for of in entries for array in of.values()))
             if self._shapes is None:
+                self._check(entries[0])
                 with _replaced(self.path) as file:
-                    _declare(file, {**frame, **_step(time, 0, frame)})
-                self._shapes = {name: array.shape for name, array in frame.items()}
+                    _declare(file, {**entries[0], **_steps([frames[0].time], 0, entries[0])})
+                self._shapes = {name: array.shape for name, array in entries[0].items()}
+            for of in entries:
+                self._check(of)
             with _single_writer(self.path) as file:
-                _append(file, time, frame)
-        self.last_time, self.frame_count = float(time), self.frame_count + 1
+                _extend(file, times[1:], entries)
+        self.last_time, self.frame_count = times[-1], self.frame_count + len(frames)
 
     def _check(self, frame: Arrays) -> None:
         """Raise OutputError if a frame does not fit the mesh, or the frames before it."""
@@ -370,20 +395,25 @@ def _write_mesh(file: h5py.File, points: np.ndarray, cells: np.ndarray) -> None:
     file[OWN].attrs["dimension"] = dimension
 
 
-def _step(time: float, index: int, frame: Arrays) -> dict[str, np.ndarray]:
-    """Return the VTKHDF entries of step `index`: its time, the offsets of mesh and arrays."""
+def _steps(times: Sequence[float], first: int, frame: Arrays) -> dict[str, np.ndarray]:
+    """Return the VTKHDF entries of steps from number `first` on: times, offsets of mesh and arrays.
+
+    frame: the arrays of one step.
+    """
+    numbers = first + np.arange(len(times))
+    of_mesh = np.zeros(len(times), dtype=np.int64)  # every step has the one mesh
     offsets = {
-        f"{STEPS}/{group}Offsets/{key}": np.array([index * len(rows)])
+        f"{STEPS}/{group}Offsets/{key}": numbers * len(rows)
         for group, key, rows in ((*name.split("/")[1:], rows) for name, rows in frame.items())
         if group in ("PointData", "CellData")
     }
     return {
-        TIMES: np.array([float(time)]),
-        f"{STEPS}/NumberOfParts": np.array([1]),
-        f"{STEPS}/PartOffsets": np.array([0]),  # every step has the one mesh
-        f"{STEPS}/PointOffsets": np.array([0]),
-        f"{STEPS}/CellOffsets": np.array([[0]]),
-        f"{STEPS}/ConnectivityIdOffsets": np.array([[0]]),
+        TIMES: np.array(times, dtype=float),
+        f"{STEPS}/NumberOfParts": of_mesh + 1,
+        f"{STEPS}/PartOffsets": of_mesh,
+        f"{STEPS}/PointOffsets": of_mesh,
+        f"{STEPS}/CellOffsets": of_mesh[:, None],
+        f"{STEPS}/ConnectivityIdOffsets": of_mesh[:, None],
         **offsets,
     }
 
@@ -411,14 +441,15 @@ def _shorten(file: h5py.File, count: int) -> None:
     file[STEPS].attrs.modify("NSteps", count)
 
 
-def _append(file: h5py.File, time: float, frame: Arrays) -> None:
-    index = int(file[STEPS].attrs["NSteps"])
-    for name, rows in {**frame, **_step(time, index, frame)}.items():
-        start, entry = index * len(rows), file[name]
+def _extend(file: h5py.File, times: Sequence[float], frames: Sequence[Arrays]) -> None:
+    first = int(file[STEPS].attrs["NSteps"])
+    together = {name: np.concatenate([of[name] for of in frames]) for name in frames[0]}
+    for name, rows in {**together, **_steps(times, first, frames[0])}.items():
+        start, entry = first * len(rows) // len(times), file[name]
         entry.resize(start + len(rows), axis=0)
         entry[start:] = rows
     file.flush()
-    file[STEPS].attrs.modify("NSteps", index + 1)
+    file[STEPS].attrs.modify("NSteps", first + len(times))
 
 
 def _times(file: h5py.File) -> np.ndarray:

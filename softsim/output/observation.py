@@ -21,7 +21,7 @@ from softsim.elements.geometry import cauchy_stress, measure_elements
 from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
 from softsim.model import Model, Probe
-from softsim.output.fields import Frames, SeriesInMemory
+from softsim.output.fields import Frame, Frames, SeriesInMemory
 from softsim.rigid.frame import RigidBodies
 from softsim.scene.outputs import probe_columns
 from softsim.scene.quantities import CHAMBER_PRESSURE, ROW_FORCE, SIDE_FORCE
@@ -398,15 +398,6 @@ def frame_columns_of(poses: Sequence[Pose]) -> dict[str, np.ndarray]:
     return {name: np.array([row[name] for row in readings]) for name in readings[0]}
 
 
-@dataclass(frozen=True)
-class Frame:
-    """Fields at one time, in the form of FieldWriter.append."""
-
-    point_data: dict[str, np.ndarray]
-    cell_data: dict[str, np.ndarray]
-    extra: dict[str, np.ndarray]
-
-
 def mesh_of(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Return all bodies as one mesh: points (n, d) [m], cells (m, nodes per cell)."""
     points = np.concatenate([b.points for b in model.bodies])
@@ -447,6 +438,7 @@ def frame(scenario: Scenario, further: Sequence[str]) -> Frame:
             ]
         )
     return Frame(
+        scenario.time,
         of_points,
         of_cells,
         ({"frame_pose": pose_rows} if poses else {})

@@ -41,7 +41,7 @@ from softsim.output.stop_conditions import (
     ended_by,
     see_history,
 )
-from softsim.run.record import Progress, Record
+from softsim.run.record import LONGEST_GATHERING, Progress, Record
 from softsim.scene.loading import LoadedScene
 from softsim.solver.energy import (
     Energies,
@@ -237,8 +237,6 @@ class WallClock:
             self.spent[part] += time.monotonic() - began
 
 
-# Rows wait for their columns for so long at most [s of wall time].
-LONGEST_GATHERING = 1.0
 # A stable step that has changed by this share is told.
 REPORTED_STEP_CHANGE = 0.2
 

@@ -1,6 +1,7 @@
 """Records of a run: the files of a folder, or memory alone."""
 
 import logging
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict, dataclass, field
@@ -17,7 +18,7 @@ from softsim.errors import OutputError
 from softsim.loads.pressure_control import ControlState
 from softsim.model import Model
 from softsim.output import folder as files
-from softsim.output.fields import FieldWriter, read_frames
+from softsim.output.fields import FieldWriter, Frame, read_frames
 from softsim.output.folder import Checkpoint, RunFolder, read_checkpoint, write_checkpoint
 from softsim.output.history import TIME, History, read_history, table
 from softsim.output.observation import columns, description, frame, mesh_of
@@ -27,6 +28,9 @@ from softsim.solver.guards import strain_warnings
 from softsim.solver.schedule import StableStepSchedule
 
 log = logging.getLogger("softsim")
+
+LONGEST_GATHERING = 1.0
+"""Longest time [s of wall time] for which rows and frames are gathered before they are written."""
 
 CHANGED_BY_HAND = "changed by hand"
 """Start of the kinds of warnings about loads changed by hand, which later steps inherit."""
@@ -236,7 +240,7 @@ class RunFiles:
 
     loaded, model: the scene and what was built from it. resumed_at: time [s] from which the files
     of a stopped run are continued; None: what an earlier run left in the folder is removed.
-    summary: as it was written last.
+    summary: as it was written last. gathered: frames that are not written yet.
 
     Raises OutputError if the disk refuses, or if there are no files to continue.
     """
@@ -254,6 +258,8 @@ class RunFiles:
         self.file_digests = loaded.file_digests()  # of the files that the model was just built from
         self.summary: dict[str, Any] = {}
         self.warnings: dict[str, str] = {}
+        self.gathered: list[Frame] = []
+        self.frames_written_at = -np.inf
         if resumed_at is None:
             for stale in (files.CHECKPOINT, files.SUMMARY, files.LOG):
                 (self.path / stale).unlink(missing_ok=True)
@@ -305,15 +311,29 @@ class RunFiles:
         self.console.print(text, highlight=False)
 
     def write_frame(self, scenario: Scenario) -> None:
-        """Write the current fields, unless already written, and warnings about their strains."""
-        if scenario.time > self.fields.last_time:
-            now = frame(scenario, self.loaded.scene.output.fields)
-            self.fields.append(scenario.time, now.point_data, now.cell_data, now.extra)
+        """Write the current fields, unless already written, and warnings about their strains.
+
+        Frames that follow one another quickly are gathered, as opening the file takes longer than
+        writing a small frame.
+        """
+        last = self.gathered[-1].time if self.gathered else self.fields.last_time
+        if scenario.time > last:
+            self.gathered.append(frame(scenario, self.loaded.scene.output.fields))
+            if time.monotonic() - self.frames_written_at > LONGEST_GATHERING:
+                self.write_gathered()
             self.warn(strain_warnings(self.model, scenario.positions(), scenario.time))
+
+    def write_gathered(self) -> None:
+        """Write the frames gathered so far."""
+        gathered, self.gathered = self.gathered, []
+        if gathered:
+            self.fields.extend(gathered)
+            self.frames_written_at = time.monotonic()
 
     def write_failed_frame(self, scenario: Scenario) -> None:
         """Write the fields at which a guard stops the run."""
         self.write_frame(scenario)
+        self.write_gathered()
 
     def write_checkpoint(
         self, scenario: Scenario, progress: Progress, inspected: np.ndarray
@@ -323,6 +343,7 @@ class RunFiles:
         inspected: places of the nodes (n, d) [m] at the last inspection.
         """
         self.history.save()
+        self.write_gathered()
         progress.row_count, progress.frame_count = self.history.row_count, self.frame_count
         scene, device = self.loaded.scene.model_dump_json(), backend.device().name
         content = Checkpoint(
@@ -340,8 +361,11 @@ class RunFiles:
         return read_history(self.path / files.HISTORY)
 
     def close(self) -> None:
-        """Close the files."""
-        self.history.close()
+        """Write what was gathered, and close the files."""
+        try:
+            self.write_gathered()
+        finally:
+            self.history.close()
 
 
 class FramelessFiles(RunFiles):

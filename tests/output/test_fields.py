@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from softsim.errors import OutputError
-from softsim.output.fields import FieldWriter, read_frames
+from softsim.output.fields import FieldWriter, Frame, read_frames
 
 POINTS = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0]])
 QUADS = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
@@ -93,6 +93,23 @@ def test_frames_come_back_as_they_went(path: Path) -> None:
     assert len(list(frames.extra["frame_pose"])) == 4
     with pytest.raises(IndexError):
         frames.point_data["pressure"][4]
+
+
+def test_frames_written_together_make_the_file_of_single_ones(path: Path, tmp_path: Path) -> None:
+    written(path, 5)
+    other = FieldWriter(tmp_path / "together.vtkhdf", POINTS, QUADS)
+    for numbers in ((0,), (1, 2, 3), (4,)):
+        other.extend([Frame(**frame(k)) for k in numbers])
+    assert (other.frame_count, other.last_time) == (5, frame(4)["time"])
+    with h5py.File(path) as one, h5py.File(other.path) as several:
+        names: list[str] = []
+        one.visititems(lambda name, found: names.append(name) if hasattr(found, "dtype") else None)
+        assert "VTKHDF/Steps/PointDataOffsets/pressure" in names
+        for name in names:
+            np.testing.assert_array_equal(one[name], several[name], err_msg=name)
+        assert several["VTKHDF/Steps"].attrs["NSteps"] == 5
+    with pytest.raises(OutputError, match="does not come after"):
+        other.extend([Frame(**frame(6)), Frame(**frame(5))])
 
 
 @pytest.mark.parametrize(
