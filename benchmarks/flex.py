@@ -57,8 +57,9 @@ class Flex:
         import mujoco
 
         self.mujoco = mujoco
-        [body], is_free = model.regions, model.is_free.all(axis=1)
-        law, bulk = body.material.law.initial_shear_modulus, body.material.bulk_modulus
+        [body] = model.regions
+        is_free = np.all(model.is_free, axis=1)
+        mu, kappa = body.material.law.initial_shear_modulus, body.material.bulk_modulus
         spec, names = mujoco.MjSpec(), []
         for node, x in enumerate(body.points):
             names.append(f"node {node}" if is_free[node] else "world")
@@ -74,8 +75,8 @@ class Flex:
         spec.add_flex(
             name="bar", dim=3, vertbody=names, elem=body.cells.ravel(),
             vert=np.where(is_free[:, None], 0.0, body.points).ravel(),  # in the frames of bodies
-            young=9.0 * bulk * law / (3.0 * bulk + law),
-            poisson=(3.0 * bulk - 2.0 * law) / (6.0 * bulk + 2.0 * law),
+            young=9.0 * kappa * mu / (3.0 * kappa + mu),
+            poisson=(3.0 * kappa - 2.0 * mu) / (6.0 * kappa + 2.0 * mu),
             contype=0, conaffinity=0, selfcollide=mujoco.mjtFlexSelf.mjFLEXSELF_NONE,
         )  # fmt: skip
         spec.option.gravity = model.gravity
@@ -117,7 +118,8 @@ class Flex:
         """
         self.model.opt.timestep = increment
         self.mujoco.mj_resetData(self.model, self.data)
-        steps, took, end = 1, [], time.perf_counter() + seconds
+        took: list[float] = []
+        steps, end = 1, time.perf_counter() + seconds
         while not took or time.perf_counter() < end:
             start = time.perf_counter()
             self.mujoco.mj_step(self.model, self.data, nstep=steps)
