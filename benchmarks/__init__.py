@@ -13,6 +13,9 @@ tests/benchmarks holds its positions and energies against softsim's.
     quadrilaterals likewise
     tetrahedra     a bare bar likewise
     hexahedra      likewise
+    flex           the bar of tetrahedra on one thread, over the same bar as a flex of MuJoCo at an
+                   explicit and at an implicit step; left out unless MuJoCo 4 or later is installed
+                   (`pip install mujoco`)
     start          `softsim run` from its first instruction to the first increment
     run            `softsim run scenes/pfr_36mm.yaml`, with files and figures
     study          a sweep's cases by one command, over as many single runs

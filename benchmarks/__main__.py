@@ -11,6 +11,7 @@ from rich.console import Console
 from benchmarks import environments, rates, studies, sweep_overhead, whole_runs
 from benchmarks.ceiling import CeilingError, compiled
 from benchmarks.effort import FULL, QUICK, Effort
+from benchmarks.flex import OLDEST, flex_rows, mujoco_version
 from benchmarks.gpu import gpu_rows
 from benchmarks.table import Row, machine, show, write_json
 from softsim.compute.machine import cuda_device_count
@@ -36,12 +37,16 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write the rows to this file too.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Fewer rounds, rougher numbers.")] = False,
     only: Annotated[
-        list[str] | None, typer.Option(help=f"Of: {', '.join(ON_THE_CPU)}, gpu; repeatable.")
+        list[str] | None, typer.Option(help=f"Of: {', '.join(ON_THE_CPU)}, flex, gpu; repeatable.")
     ] = None,
 ) -> None:
     """Measure softsim on this machine against a hand-written C++ program."""
     console = Console()
     measurements = dict(ON_THE_CPU)
+    if mujoco_version() is not None:
+        measurements["flex"] = flex_rows
+    else:
+        console.print(f"MuJoCo {OLDEST} or later is not installed: the row flex is left out")
     if cuda_device_count() > 0:
         measurements["gpu"] = gpu_rows
     else:

@@ -6,8 +6,11 @@ import subprocess
 import sys
 
 import pytest
+import typer
 from rich.console import Console
 
+import benchmarks.__main__ as command
+from benchmarks import flex
 from benchmarks.gpu import bytes_an_increment
 from benchmarks.scenes import ROOT, block
 from benchmarks.solver_process import SolverProcess
@@ -58,6 +61,19 @@ def test_an_unknown_measurement_is_refused():
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 2
     assert "everything" in done.stderr
+
+
+@pytest.mark.parametrize(("installed", "used"), [("3.17.0", None), ("4.0.0", "4.0.0")])
+def test_a_mujoco_with_other_elastic_constants_is_not_used(monkeypatch, installed, used):
+    monkeypatch.setattr(flex, "version", lambda name: installed)
+    assert flex.mujoco_version() == used
+
+
+def test_without_mujoco_its_row_is_left_out(monkeypatch, capsys):
+    monkeypatch.setattr(command, "mujoco_version", lambda: None)
+    with pytest.raises(typer.BadParameter, match="flex: there is pfr"):
+        command.main(only=["flex"])
+    assert "the row flex is left out" in capsys.readouterr().out
 
 
 def test_bytes_of_an_increment(build):
