@@ -1,4 +1,4 @@
-"""What rows of the history show, at the present time of a solver, for tests without a run."""
+"""Rows of the history at the present time of a solver, for tests without a run."""
 
 from softsim.compute import samples
 from softsim.compute.term import Term

@@ -9,7 +9,7 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from softsim.cli.options import explained, unheaded
+from softsim.cli.options import explained, rows_of_sets, unheaded
 from softsim.errors import MeshError, Option, SceneError
 
 if TYPE_CHECKING:
@@ -158,12 +158,8 @@ def _print_mesh(made: "Mesh", found: "list[Chamber]", console: Console) -> None:
 
     sides = " x ".join(f"{1e3 * side:.4g}" for side in np.ptp(made.points, axis=0))
     q = quality(made)
-    rows = [["size", f"{sides} mm, {q.volume * 1e6:.4g} ml"], ["mesh", q.describe()]]
-    kinds = {"node": made.node_sets, "facet": made.facet_sets, "cell": made.cell_sets}
-    for kind, sets in kinds.items():
-        if sets:
-            listed = ", ".join(f"{name} ({len(sets[name])})" for name in sorted(sets))
-            rows.append([f"{kind} sets", listed])
+    rows = [("size", f"{sides} mm, {q.volume * 1e6:.4g} ml"), ("mesh", q.describe())]
+    rows += rows_of_sets(made.node_sets, made.facet_sets, made.cell_sets)
     console.print(unheaded(rows))
     for chamber in found:
         where = f"open at {chamber.opening}" if chamber.opening else "closed"

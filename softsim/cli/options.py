@@ -1,7 +1,7 @@
 """Options, console and error handling shared by the commands."""
 
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
@@ -79,3 +79,15 @@ def unheaded(rows: Iterable[Sequence[str]]) -> Table:
     for row in rows:
         table.add_row(*row)
     return table
+
+
+def rows_of_sets(
+    nodes: Mapping[str, Sized], facets: Mapping[str, Sized], cells: Mapping[str, Sized]
+) -> list[tuple[str, str]]:
+    """Return rows of a table with the names and sizes of sets, by kind."""
+    kinds = {"node sets": nodes, "facet sets": facets, "cell sets": cells}
+    return [
+        (kind, ", ".join(f"{name} ({len(members)})" for name, members in sorted(sets.items())))
+        for kind, sets in kinds.items()
+        if sets
+    ]

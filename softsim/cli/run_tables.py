@@ -11,7 +11,7 @@ import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
-from softsim.cli.options import unheaded
+from softsim.cli.options import rows_of_sets, unheaded
 from softsim.compute.machine import Choice
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
@@ -95,11 +95,8 @@ def model_table(model: Model) -> Table:
             table.add_row(f"  material{part}", region.material.describe())
         for remark in body.remarks:
             table.add_row("  changed", remark)
-        kinds = {"node": body.node_sets, "facet": body.facet_sets, "cell": body.cell_sets}
-        for kind, sets in kinds.items():
-            if sets:
-                listed = ", ".join(f"{name} ({len(m)})" for name, m in sorted(sets.items()))
-                table.add_row(f"  {kind} sets", listed)
+        for kind, text in rows_of_sets(body.node_sets, body.facet_sets, body.cell_sets):
+            table.add_row(f"  {kind}", text)
     for structure in model.all_structures:
         for title, text in structure.description().items():
             table.add_row(title, text)

@@ -368,8 +368,8 @@ class RowCopies:
 
     def take(self, number: int) -> None:
         """Copy the present row of all fields to place `number` of the arrays."""
-        for field in self.fields[:1]:
-            _place(field)  # raises if Taichi was restarted
+        if self.fields:
+            _place(self.fields[0])  # raises if Taichi was restarted
         for place, array in zip(self.places, self.arrays, strict=True):
             place.read_into(array[number, ...])
 

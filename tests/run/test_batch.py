@@ -159,7 +159,7 @@ def test_a_reused_solver_gives_the_bytes_of_a_new_one(scene_file, reused, tmp_pa
 
 @pytest.mark.physics
 def test_static_cases_share_a_solver(scene_file, reused, tmp_path):
-    """By Newton's method, and by relaxation, which starts a new solver only if it comes first."""
+    """Check that static cases, by Newton's method and by relaxation, share a solver."""
     from softsim.run.batch import ReusedSolver
 
     static = ["environment.walls={}", "bodies.block.fixed=[left]", "time.procedure=static"]

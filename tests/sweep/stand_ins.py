@@ -12,7 +12,7 @@ from softsim.errors import Interrupted, OutputError, StabilityError
 from softsim.interruption import stop_signals
 
 KEPT = []
-"""What `hungry` never frees."""
+"""Memory that `hungry` never frees."""
 
 EDGE = 6.2
 """Time of its fall [ms] from which on a block slips no more."""
