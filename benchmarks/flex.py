@@ -4,7 +4,7 @@ Nodes, elements, nodal masses, gravity and the elastic moduli at small strain ar
 compute in double precision on one thread, and both run at the same fraction of their stability
 limits. MuJoCo has a body with three slide joints for each node and a Saint Venant-Kirchhoff solid
 of constant strain without damping; softsim has Yeoh's law, a pressure averaged around each node,
-bulk viscosity and a balance of energies. tests/verification/test_flex.py compares the frequencies of
+bulk viscosity and a balance of energies. tests/verification/test_flex.py compares frequencies of
 the two bars.
 """
 
