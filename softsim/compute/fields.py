@@ -342,35 +342,32 @@ def write_row(field: ti.Field, row: int, values: np.ndarray | float) -> None:
 
 
 class Row:
-    """One row of several fields, such as all impulses of one scenario."""
+    """One row of several fields, such as all impulses of one scenario.
+
+    bytes: size of all its numbers.
+    """
 
     def __init__(self, fields: Sequence[ti.Field], row: int) -> None:
-        self.places = [_place(field).row(row) for field in fields]
+        self.fields, self.places = fields, [_place(field).row(row) for field in fields]
+        self.bytes = sum(math.prod(place.shape) * place.dtype.itemsize for place in self.places)
 
     def fill(self, value: float) -> None:
         """Set all numbers to one value."""
         for place in self.places:
             place.write(value)
 
+    def arrays(self, count: int) -> list[np.ndarray]:
+        """Return arrays (count, ...) for so many copies of the numbers of each field."""
+        return [np.empty((count, *place.shape), place.dtype) for place in self.places]
 
-class RowCopies:
-    """Copies of one row of several fields, taken at several times.
+    def copy_to(self, arrays: Sequence[np.ndarray], number: int) -> None:
+        """Copy the present numbers to place `number` of the arrays.
 
-    most: number of copies that fit, at most `count`, in `size` [bytes], but at least one. arrays:
-    those of each field (most, ...).
-    """
-
-    def __init__(self, fields: Sequence[ti.Field], row: int, count: int, size: int) -> None:
-        self.fields, self.places = fields, [_place(field).row(row) for field in fields]
-        each = sum(math.prod(place.shape) * place.dtype.itemsize for place in self.places)
-        self.most = max(1, min(count, size // max(1, each)))
-        self.arrays = [np.empty((self.most, *p.shape), p.dtype) for p in self.places]
-
-    def take(self, number: int) -> None:
-        """Copy the present row of all fields to place `number` of the arrays."""
+        Raises DeviceError if Taichi was restarted.
+        """
         if self.fields:
-            _place(self.fields[0])  # raises if Taichi was restarted
-        for place, array in zip(self.places, self.arrays, strict=True):
+            _place(self.fields[0])
+        for place, array in zip(self.places, arrays, strict=True):
             place.read_into(array[number, ...])
 
 

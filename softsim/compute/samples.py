@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import taichi as ti
 
-from softsim.compute.fields import RowCopies
+from softsim.compute.fields import Row
 
 # Rows whose columns are computed together, and the memory for their fields [bytes].
 MOST_ROWS = 256
@@ -71,25 +71,26 @@ class Sampler:
 
     def __init__(self, scenario: int, fields: Sequence[ti.Field], most: int) -> None:
         self.scenario, self.fields = scenario, list(dict.fromkeys(fields))
-        self.copies = RowCopies(self.fields, scenario, most, MOST_BYTES)
-        self.clocks = np.zeros((self.copies.most, 3))
+        self.row = Row(self.fields, scenario)
+        self.most = max(1, min(most, MOST_BYTES // max(1, self.row.bytes)))
+        self.arrays, self.clocks = self.row.arrays(self.most), np.zeros((self.most, 3))
         self.count = 0
 
     @property
     def is_full(self) -> bool:
         """True if no further sample fits."""
-        return self.count == self.copies.most
+        return self.count == self.most
 
     def take(self, time: float, load_time: float, interval: float) -> None:
         """Copy the present fields; the times [s] are those of one row of Samples."""
         self.clocks[self.count] = time, load_time, interval
-        self.copies.take(self.count)
+        self.row.copy_to(self.arrays, self.count)
         self.count += 1
 
     def handed_over(self) -> Samples:
         """Return the samples taken so far, and begin anew; they are valid until the next `take`."""
         count, self.count = self.count, 0
-        values = [array[:count] for array in self.copies.arrays]
+        values = [array[:count] for array in self.arrays]
         times, load_times, intervals = self.clocks[:count].T
         return Samples(
             self.scenario, times, load_times, intervals, dict(zip(self.fields, values, strict=True))

@@ -76,11 +76,13 @@ def test_a_row_is_read_and_written_alone(made):
 def test_rows_of_fields_are_copied_and_filled_together(made):
     names = [name for name in made if name not in ("index", "number")]
     wanted = {name: fields.read_row(made[name], 1) for name in names}
-    copies = fields.RowCopies([made[name] for name in names], 1, 3, 10**6)
-    copies.take(2)
-    for name, array in zip(names, copies.arrays, strict=True):
+    row = fields.Row([made[name] for name in names], 1)
+    copies = row.arrays(3)
+    row.copy_to(copies, 2)
+    assert 3 * row.bytes == sum(array.nbytes for array in copies)
+    for name, array in zip(names, copies, strict=True):
         np.testing.assert_array_equal(array[2], wanted[name])
-    fields.Row([made[name] for name in names], 1).fill(4.0)
+    row.fill(4.0)
     for name in names:
         assert (fields.read_row(made[name], 1) == 4.0).all()
         assert (fields.read_row(made[name], 0) != 4.0).any()
