@@ -85,7 +85,8 @@ class EnergyReader:
         """Compute the current energies of all scenarios, which `of_scenario` returns."""
         self._launch(self.solver.time_increments, self.in_parts)
         self.readings = self.in_parts.sum(axis=1)
-        self.readings[self.rests, 2] = 0.0
+        if any(rests := self.rests):
+            self.readings[rests, 2] = 0.0
 
     @cached_property
     def _launch(self) -> Launch:
