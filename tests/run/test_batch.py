@@ -133,6 +133,7 @@ def run_by(maker, path, overrides, folder):
 
     run_case(load_scene(path, overrides), folder, "cpu", False, (), FramelessFiles, maker)
     assert not (folder / "results.vtkhdf").exists()
+    assert not (folder / "checkpoint.h5").exists()  # nothing continues from its end
     return (folder / "history.csv").read_bytes()
 
 
