@@ -81,7 +81,8 @@ ANSWER_WITHIN = 5.0
 MOST_GROWTH = 300e6
 """Growth [bytes] of a process since its first jobs after which it is replaced by a new one.
 
-Taichi keeps some memory of every solver that a process has had.
+A precaution: the memory of a solver is freed before the next one is made, and that of a process
+does not grow from case to case.
 """
 
 COUNT_EVERY = 2.0
