@@ -15,6 +15,9 @@ INTERRUPTED = 130
 
 STOPPING = (signal.SIGINT, signal.SIGTERM)
 
+AGAIN_AFTER = 0.1
+"""Time [s] after which a signal is sent again that an import would have lost."""
+
 _in_threads: dict[int, list[int]] = {}  # thread -> signals that it has been asked by
 _is_command = False
 
@@ -87,19 +90,30 @@ def stop_signals() -> Iterator[list[int]]:
 
 
 @contextmanager
-def interrupted_by_sigterm() -> Iterator[None]:
-    """Let SIGTERM raise KeyboardInterrupt in the block, as SIGINT does, so that it can clean up.
+def interrupted_by_signals() -> Iterator[None]:
+    """Let SIGINT and SIGTERM raise KeyboardInterrupt in the block, so that it can clean up.
 
-    In a thread other than the main one, which signals do not reach, nothing changes.
+    The text of the exception is the name of the signal. In a thread other than the main one, which
+    signals do not reach, nothing changes.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    previous = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    previous = {wanted: signal.signal(wanted, _interrupt_later) for wanted in STOPPING}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, previous)
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+
+
+def _interrupt_later(number: int, frame: FrameType | None) -> None:
+    """Raise KeyboardInterrupt, or send the signal again soon while a module is imported."""
+    if not _is_importing(frame):
+        raise KeyboardInterrupt(signal.Signals(number).name)
+    again = threading.Timer(AGAIN_AFTER, os.kill, (os.getpid(), number))
+    again.daemon = True
+    again.start()
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from softsim.cli.options import explained
 from softsim.errors import Interrupted, OutputError, RunError
-from softsim.interruption import interrupted_by_sigterm
+from softsim.interruption import interrupted_by_signals
 
 
 def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a study.")]) -> None:
@@ -90,7 +90,7 @@ def drawing_can_stop(folder: Path, command: str = "report") -> Iterator[None]:
 
     Its hint names the command that draws the missing pictures.
     """
-    with interrupted_by_sigterm():
+    with interrupted_by_signals():
         try:
             yield
         except KeyboardInterrupt as stop:

@@ -507,6 +507,15 @@ def _trees(made: list[_New]) -> list[list[_New]]:
     return trees
 
 
+def lengthened(values: np.ndarray) -> np.ndarray:
+    """Return a list (n,) with zeros appended up to a power of two.
+
+    A reused solver takes lists of the same length only; those of similar models then have it.
+    """
+    length = 1 << (len(values) - 1).bit_length()
+    return np.pad(values, (0, length - len(values)))
+
+
 def padded(tables: Sequence[np.ndarray]) -> np.ndarray:
     """Return tables (n, ...) of scenarios as one (scenarios, longest n, ...), padded with zeros."""
     longest = max(1, *map(len, tables))

@@ -16,7 +16,7 @@ import numpy as np
 import taichi as ti
 
 from softsim.compute import backend
-from softsim.compute.fields import index_field, real_field, vector_field
+from softsim.compute.fields import index_field, lengthened, real_field, vector_field
 from softsim.compute.term import PerScenario
 from softsim.contact.wall import Obstacle, Wall
 from softsim.errors import MeshError
@@ -371,10 +371,11 @@ class PolylineObstacle(Obstacle):
         self.first_cell = index_field(first_cell)
         begins = [c.begin + f for c, f in zip(cells, first_entry, strict=True)]
         edges = [c.edge + f for c, f in zip(cells, first_edge, strict=True)]
-        self.begin = index_field(np.concatenate(begins))
-        self.edge = index_field(np.concatenate(edges))
+        self.begin = index_field(lengthened(np.concatenate(begins)))
+        self.edge = index_field(lengthened(np.concatenate(edges)))
         # One more a line, as `begin` has.
-        self.clearance = real_field(np.concatenate([np.append(c.clearance, 0.0) for c in cells]))
+        clearances = np.concatenate([np.append(c.clearance, 0.0) for c in cells])
+        self.clearance = real_field(lengthened(clearances))
         self.was_near = index_field(np.ones((len(walls), nodes)))
 
         self.start = vector_field(np.concatenate([line.starts for line in kept]))

@@ -378,7 +378,7 @@ def _pose(
 ) -> Pose:  # fmt: skip
     """Return the pose of a rigid body from the values of its `pose_fields`."""
     d = bodies.dimension
-    arm = bodies.bodies[body].centre - bodies.rest_centre[body]
+    arm = bodies.own_centre[body] - bodies.rest_centre[body]
     return Pose(centre + rotation[:d, :d] @ arm, orientation)
 
 

@@ -30,10 +30,11 @@ class RigidBodies:
     """
 
     def __init__(self, nodes: Nodes, bodies: list[RigidBodyData], points: np.ndarray) -> None:
-        self.nodes, self.bodies, self.count = nodes, bodies, len(bodies)
+        self.nodes, self.count = nodes, len(bodies)
         d = self.dimension = nodes.dimension
         combined = [b.with_tied_mass(points, nodes.lumped_mass) for b in bodies]
         self.rest_centre = np.array([c for _, c, _ in combined]).reshape(-1, d)
+        self.own_centre = np.array([b.centre for b in bodies]).reshape(-1, d)  # without tied nodes
         inertia = np.array([i for _, _, i in combined]).reshape(-1, 3, 3)
         self.rest = vector_field(self.rest_centre)
         self.mass = real_field(np.array([m for m, _, _ in combined]))

@@ -1,5 +1,6 @@
 """Runs that share a solver, computed side by side; a single run is a batch of one."""
 
+import gc
 import logging
 import signal
 import time
@@ -71,7 +72,8 @@ class ReusedSolver:
             if is_there and solver.take_models(models):
                 return solver, reader
             self._last = None
-            del solver, reader  # their memory is free before that of the next one is taken
+            del solver, reader
+            gc.collect()  # they refer to each other: free their memory before that of the next one
         solver, reader = new_solver(models, choice)
         self._last = choice, backend.device(), solver, reader
         return solver, reader

@@ -617,7 +617,10 @@ class Run:
         """Inspect the elements a last time, and set the outcome."""
         with self.clock.spending_on(INSPECTIONS):
             self._inspect()
-        self.checkpoint()
+        if self.files.keeps_end:
+            self.checkpoint()
+        else:
+            self.write_rows()
         history = self.files.rows()
         found = measures(self.model, history)
         error = {"energy_error": self.progress.largest_energy_error}

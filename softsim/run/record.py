@@ -84,7 +84,7 @@ class Record(Protocol):
     """Record of a run.
 
     loaded, model: its scene, and the model built from it. warnings: kind -> text of all warnings so
-    far, in order of occurrence.
+    far, in order of occurrence. keeps_end: False if the state at the end of a run is not needed.
     """
 
     @property
@@ -97,6 +97,8 @@ class Record(Protocol):
     def path(self) -> Path: ...
     @property
     def history(self) -> HistoryRows: ...
+    @property
+    def keeps_end(self) -> bool: ...
 
     summary: dict[str, Any]
     warnings: dict[str, str]
@@ -159,6 +161,8 @@ class MemoryRecord:
     Messages of the run go to the package's log. warnings: those that were logged already, a dict
     that runs of one batch share.
     """
+
+    keeps_end = True
 
     def __init__(
         self, loaded: LoadedScene, model: Model, warnings: dict[str, str] | None = None
@@ -244,6 +248,8 @@ class RunFiles:
 
     Raises OutputError if the disk refuses, or if there are no files to continue.
     """
+
+    keeps_end = True
 
     def __init__(
         self,
@@ -369,7 +375,9 @@ class RunFiles:
 
 
 class FramelessFiles(RunFiles):
-    """Files of a run without frames: fields are written only if it fails."""
+    """Files of a run without frames: fields are written only if it fails; no state at its end."""
+
+    keeps_end = False
 
     @property
     def frame_count(self) -> int:

@@ -129,6 +129,7 @@ def phrase(tree: Tree) -> str:
     return ", ".join(head + rest)
 
 
+@lru_cache(maxsize=4096)
 def _text(text: str) -> str:
     """Return a text as YAML, in quotes only where they are needed."""
     safe = text and text.isascii() and all(c.isalnum() or c in " ./*^+-_" for c in text)

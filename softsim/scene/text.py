@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path, PurePath
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -210,12 +210,21 @@ def read_file(path: Path, kind: str = "scene") -> Tree:
             hint="give a mesh by name: file: mesh.msh",
         )
     try:
-        text = content.decode("utf-8-sig")
+        return _parsed(path, kind, content)
     except UnicodeDecodeError:
         raise SceneError(
             f"{path}: is not UTF-8 text",
             hint=f"a {kind} is a YAML file; give a mesh: file: in a scene",
         ) from None
+
+
+@lru_cache(maxsize=32)
+def _parsed(path: Path, kind: str, content: bytes) -> Tree:
+    """Return the mapping in the content of a file; cached, as the cases of a study share files.
+
+    Raises UnicodeDecodeError, or SceneError as `read_file`.
+    """
+    text = content.decode("utf-8-sig")
     lines = LINE_BREAK.split(text)
 
     def place(line: int, column: int) -> Location:

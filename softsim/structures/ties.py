@@ -155,7 +155,7 @@ class TieTerm(Term):
     """
 
     def __init__(self, nodes: Nodes, ties: Ties) -> None:
-        self.nodes, self.ties = nodes, ties
+        self.nodes, self.tied_nodes = nodes, ties.nodes
         self.count, self.corner_count = Number(len(ties.nodes)), ties.corners.shape[1]
         self.tied, self.corner = index_field(ties.nodes), index_field(ties.corners)
         self.weight = real_field(ties.weights)
@@ -164,7 +164,7 @@ class TieTerm(Term):
     def find_slots(self) -> None:
         """Create the list of slots of each tied node, once every term has reserved its own."""
         self.block_and_lane = index_field(
-            self.nodes.corner_forces.of_node.place_of(self.ties.nodes)
+            self.nodes.corner_forces.of_node.place_of(self.tied_nodes)
         )
 
     def passes(self) -> dict[Stage, list[Pass]]:

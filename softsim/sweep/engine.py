@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import cache
+from multiprocessing import active_children
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
@@ -37,6 +38,7 @@ from softsim.interruption import STOPPING, ask_threads_to_stop, stop_signals
 from softsim.output.folder import RunFolder
 from softsim.study.cases import LOST, WAITING
 from softsim.sweep.job import (
+    CONTINUE,
     Job,
     Outcome,
     Simulate,
@@ -50,6 +52,9 @@ from softsim.sweep.job import (
 
 POLL = 0.25
 """Interval [s] of checks for a signal."""
+
+START_POLL = 0.05
+"""Interval [s] of checks whether the processes of a local pool have started."""
 
 PATIENCE = 2.0
 """Time limit [s] for runs of this machine to write their checkpoints once asked to stop.
@@ -76,7 +81,8 @@ ANSWER_WITHIN = 5.0
 MOST_GROWTH = 300e6
 """Growth [bytes] of a process since its first jobs after which it is replaced by a new one.
 
-Taichi keeps some memory of every solver that a process has had.
+A precaution: the memory of a solver is freed before the next one is made, and that of a process
+does not grow from case to case.
 """
 
 COUNT_EVERY = 2.0
@@ -139,31 +145,57 @@ def pool_for(
 
 @contextmanager
 def local_pool(workers: int) -> Iterator[WorkerPool]:
-    """Yield a pool of `workers` processes on this machine, which end with this process."""
+    """Yield a pool of `workers` processes on this machine, which end with this process.
+
+    Raises ClusterError if they do not start.
+    """
     settings = {"distributed.scheduler.allowed-failures": 0}  # the engine knows what to do
-    with (
-        dask.config.set(settings),
-        LocalCluster(
-            n_workers=workers,
+    others = set(active_children())
+    with dask.config.set(settings), _empty_cluster() as cluster, Client(cluster) as client:
+        client.register_plugin(_ChildProcess())
+        try:
+            cluster.scale(workers)
+            while not cluster.workers:  # dask enters them once all have started, or failed to
+                time.sleep(START_POLL)
+            if len(client.nthreads()) < workers:
+                raise ClusterError(
+                    "worker processes ended while they started",
+                    hint="their output above this line names the cause",
+                )
+            yield WorkerPool(client)
+        finally:
+            if cluster.workers:
+                cluster.sync(_end_processes, cluster)
+            else:  # they have not started, and dask would wait for them
+                for process in set(active_children()) - others:
+                    process.kill()
+
+
+def _empty_cluster() -> LocalCluster:
+    """Return a cluster on this machine without workers.
+
+    It cannot be closed before it has started: a signal acts after that.
+    """
+    with stop_signals() as asked:
+        cluster = LocalCluster(
+            n_workers=0,
             threads_per_worker=1,
             processes=True,
             memory_limit=0,  # a run takes what it needs, as it would alone
             dashboard_address="127.0.0.1:0",  # any free port: the scheduler insists on one
             scheduler_kwargs={"dashboard": False},
             silence_logs=logging.CRITICAL,  # the engine says what became of a worker
-        ) as cluster,
-        Client(cluster) as client,
-    ):
-        client.register_plugin(_ChildProcess())
-        try:
-            yield WorkerPool(client)
-        finally:
-            cluster.sync(_end_processes, cluster)
+        )
+    for number in asked:
+        os.kill(os.getpid(), number)
+    return cluster
 
 
 async def _end_processes(cluster: LocalCluster) -> None:
     """End the processes of a cluster, those that do not respond by SIGKILL."""
     processes = {nanny.pid: nanny for nanny in cluster.workers.values() if nanny.pid}
+    if not processes:
+        return
     closing = [asyncio.ensure_future(nanny.close()) for nanny in processes.values()]
     await asyncio.wait(closing, timeout=CLOSE_WITHIN)
     for pid, nanny in processes.items():
@@ -276,7 +308,7 @@ def completed(
         if asked:
             yield from flights.ended_early()
             name = signal.Signals(asked[0]).name
-            raise Interrupted(f"stopped by {name}", hint="repeat the command to continue")
+            raise Interrupted(f"stopped by {name}", hint=CONTINUE)
 
 
 class _InFlight:
@@ -352,9 +384,7 @@ class _InFlight:
         except KilledWorker:
             return self._after_death(unit)
         except FutureCancelledError as error:
-            raise ClusterError(
-                f"the workers have stopped: {error}", hint="repeat the command to continue"
-            ) from error
+            raise ClusterError(f"the workers have stopped: {error}", hint=CONTINUE) from error
         if overgrown is not None:
             self.pool.renew(overgrown)
         return outcomes

@@ -30,6 +30,7 @@ from softsim.errors import (
     SceneError,
     SoftsimError,
 )
+from softsim.interruption import interrupted_by_signals
 from softsim.output.console import PLAIN_EVERY
 from softsim.output.folder import (
     CASES,
@@ -403,6 +404,9 @@ WRITE_EVERY = 10.0
 
 WALL_TIME = column("wall_time", "s")
 
+CONTINUE = "repeat the command to continue"
+"""Hint of an interrupted study."""
+
 NOTHING_LEFT: tuple[list[Job], int] = [], 0
 """Round without jobs, used if no round is open."""
 
@@ -506,15 +510,20 @@ class StudyProgress:
         self.ended: Counter[str] = Counter()
         self.began = self.last_line = time.monotonic()
         self.bar: Progress | None = None
-        if console.is_terminal or console.is_jupyter:
+
+    def begin(self, left: int) -> None:
+        """Start the display and its clock; left: largest number of cases that will run."""
+        self.began = self.last_line = time.monotonic()
+        if self.console.is_terminal or self.console.is_jupyter:
             self.bar = Progress(
                 BarColumn(),
                 TextColumn("{task.percentage:>3.0f} %  {task.fields[state]}"),
-                console=console,
+                console=self.console,
                 transient=True,
             )
-            self.task = self.bar.add_task("study", total=count, state="")
+            self.task = self.bar.add_task("study", total=left, state="")
             self.bar.start()
+        self.expect(left)
 
     def note(self, outcome: Outcome) -> None:
         """Count a case that has ended."""
@@ -582,10 +591,15 @@ class Ledger:
     def __init__(
         self, folder: Path, record: StudyRecord, table: StudyTable, progress: StudyProgress
     ) -> None:
-        self.folder, self.table, self.progress = folder, table, progress
-        earlier = read_study(folder).wall_time if is_study(folder) else 0.0
-        self.record = replace(record, status="running", wall_time=earlier)
-        self.earlier, self.began = earlier, time.monotonic()
+        self.folder, self.table, self.progress, self.record = folder, table, progress, record
+        self.earlier = read_study(folder).wall_time if is_study(folder) else 0.0
+        self.began, self.has_begun = time.monotonic(), False
+
+    def begin(self, left: int) -> None:
+        """Write the files of a running study; left: largest number of cases that will run."""
+        self.progress.begin(left)
+        self.has_begun = True
+        self.record = replace(self.record, status="running")
         self.write()
 
     def note(self, job: Job, outcome: Outcome) -> None:
@@ -608,31 +622,43 @@ class Ledger:
         self.is_behind, self.written_at = False, time.monotonic()
 
     def close(self, status: str) -> None:
-        """Write table and record a last time; status: done or interrupted."""
+        """Write table and record a last time; status: done or interrupted.
+
+        Before `begin`, the files of an earlier session are kept except for their status.
+        """
+        if not self.has_begun and is_study(self.folder):
+            write_study(self.folder, replace(read_study(self.folder), status=status))
+            return
         self.record = replace(self.record, status=status)
         self.write()
 
 
 @contextmanager
 def kept_ledger(
-    folder: Path, record: StudyRecord, table: StudyTable, count: int, console: Console
+    folder: Path, record: StudyRecord, table: StudyTable, console: Console
 ) -> Iterator[Ledger]:
-    """Yield the ledger of a sweep or an optimisation with `count` cases, with its folder locked.
+    """Yield the ledger of a sweep or an optimisation, with its folder locked.
 
-    The progress is added to the message of an interruption. Raises OutputError if the folder is in
-    use or cannot be written.
+    SIGINT and SIGTERM end the block at any time. Raises Interrupted then, with the progress in its
+    message; OutputError if the folder is in use or cannot be written.
     """
     most = record.bisection is not None
-    with claimed(folder), closing(StudyProgress(count, console, most)) as progress:
+    with claimed(folder), closing(StudyProgress(record.case_count, console, most)) as progress:
         ledger = Ledger(folder, record, table, progress)
-        status = "interrupted"
         try:
-            yield ledger
-            status = "done"
+            with interrupted_by_signals():
+                yield ledger
+                ledger.close("done")
         except Interrupted as stop:
+            ledger.close("interrupted")
             raise Interrupted(f"{stop.message}, {progress.summary}", stop.hint) from None
-        finally:
-            ledger.close(status)
+        except KeyboardInterrupt as stop:
+            ledger.close("interrupted")
+            raise Interrupted(f"stopped by {stop}, {progress.summary}", CONTINUE) from None
+        except BaseException:
+            if ledger.has_begun:
+                ledger.close("interrupted")
+            raise
 
 
 def _moment(now: datetime, later: timedelta) -> str:

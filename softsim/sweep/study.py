@@ -153,12 +153,13 @@ def sweep(
     console = console or Console()
     RunFolder(folder / CASES)  # is made here, or refused
     table, record = StudyTable.of(study), record_of(study, study.case_count)
-    rounds = table.open_rounds(study, folder, device, again)
-    waiting, left = next(rounds, NOTHING_LEFT)
-    console.print(told_size(study, len(table.rows) - len(waiting)))
-    for line in refusals(waiting, device):
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
-    with kept_ledger(folder, record, table, left, console) as ledger:
+    with kept_ledger(folder, record, table, console) as ledger:
+        rounds = table.open_rounds(study, folder, device, again)
+        waiting, left = next(rounds, NOTHING_LEFT)
+        console.print(told_size(study, len(table.rows) - len(waiting)))
+        for line in refusals(waiting, device):
+            console.print(line, highlight=False, markup=False, soft_wrap=True)
+        ledger.begin(left)
         if waiting:
             with pool as workers:
                 while waiting:
@@ -216,16 +217,7 @@ def optimize(
     if objective.method == "gradient":
         descent = Descent(study, column, goal.sense)
         return descend(descent, folder, pool, device, count, console, simulate)
-    from softsim.sweep.trials import TrialJobs, Trials  # imports optuna
-
-    trials = Trials(folder, study.search_space, column, goal.sense, objective.seed)
     table = StudyTable(study.factors, study.measures)
-    plan = TrialJobs(folder.resolve(), column, objective.prune, device, study.study.keep)
-    for trial in trials.ended():
-        table.note(*plan.stored(study.case(trial.number, trial.values)))
-    console.print(f"{count} trials, {len(table.rows)} of them stored")
-    record = record_of_trials(study, count)
-    left = max(0, count - len(table.rows))
 
     def note(job: Job, outcome: Outcome) -> None:
         value = None
@@ -242,7 +234,15 @@ def optimize(
             except SceneError as error:
                 note(*plan.refused(case, error))
 
-    with kept_ledger(folder, record, table, left, console) as ledger:
+    with kept_ledger(folder, record_of_trials(study, count), table, console) as ledger:
+        from softsim.sweep.trials import TrialJobs, Trials  # imports optuna
+
+        trials = Trials(folder, study.search_space, column, goal.sense, objective.seed)
+        plan = TrialJobs(folder.resolve(), column, objective.prune, device, study.study.keep)
+        for trial in trials.ended():
+            table.note(*plan.stored(study.case(trial.number, trial.values)))
+        console.print(f"{count} trials, {len(table.rows)} of them stored")
+        ledger.begin(max(0, count - len(table.rows)))
         if trials.is_open(count):
             with pool as workers:
                 for ended in completed(jobs(), workers, (LOST,), 1, ledger.keep_up, simulate):
@@ -270,7 +270,8 @@ def descend(
     table = StudyTable(study.factors, study.measures)
     known: dict[bytes, tuple[float, np.ndarray]] = {}
     console.print(f"at most {count} trials, one after the other")
-    with kept_ledger(folder, record_of_trials(study, count), table, count, console) as ledger:
+    with kept_ledger(folder, record_of_trials(study, count), table, console) as ledger:
+        ledger.begin(count)
 
         def evaluate(x: np.ndarray) -> tuple[float, np.ndarray]:
             if x.tobytes() in known:

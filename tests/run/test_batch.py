@@ -1,6 +1,7 @@
 """Scenarios side by side: each takes the course that it takes alone, whatever befalls another."""
 
 import json
+import weakref
 
 import numpy as np
 import pytest
@@ -133,6 +134,7 @@ def run_by(maker, path, overrides, folder):
 
     run_case(load_scene(path, overrides), folder, "cpu", False, (), FramelessFiles, maker)
     assert not (folder / "results.vtkhdf").exists()
+    assert not (folder / "checkpoint.h5").exists()  # nothing continues from its end
     return (folder / "history.csv").read_bytes()
 
 
@@ -155,6 +157,28 @@ def test_a_reused_solver_gives_the_bytes_of_a_new_one(scene_file, reused, tmp_pa
     for name, overrides in cases.items():
         anew = run_by(ReusedSolver(), scene_file, overrides, tmp_path / f"{name} anew")
         assert anew == histories[name], name
+
+
+@pytest.mark.physics
+def test_the_memory_of_a_solver_is_free_before_that_of_the_next_is_taken(
+    scene_file, monkeypatch, tmp_path
+):
+    from softsim.run import batch
+
+    new_solver, known = batch.new_solver, []
+
+    def checked(models, choice):
+        assert all(solver() is None for solver in known)
+        solver, reader = new_solver(models, choice)
+        known.append(weakref.ref(solver))
+        return solver, reader
+
+    monkeypatch.setattr(batch, "new_solver", checked)
+    maker = batch.ReusedSolver()
+    for name, overrides in FROM_A_NEW_SOLVER.items():
+        run_by(maker, scene_file, overrides, tmp_path / name)
+    assert len(known) == len(FROM_A_NEW_SOLVER) == 2
+    assert known[-1]() is not None
 
 
 @pytest.mark.physics

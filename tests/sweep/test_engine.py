@@ -1,6 +1,8 @@
 """The engine with stand-ins for simulations: order, window, what is stored, what dies."""
 
 import json
+import subprocess
+import sys
 from collections import Counter
 from pathlib import Path
 
@@ -148,3 +150,18 @@ def test_a_full_disk_ends_the_study(pool, jobs):
 
 def test_nothing_to_do(pool):
     assert list(completed([], pool)) == []
+
+
+@pytest.mark.physics
+def test_workers_that_cannot_start_are_reported(tmp_path):
+    """They import the main script, which fails there."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from softsim.sweep.engine import local_pool\n"
+        "if __name__ != '__main__':\n    raise SystemExit('no licence')\n"
+        "with local_pool(1):\n    print('started')\n"
+    )
+    ended = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60.0)
+    assert ended.returncode == 1 and ended.stdout == ""
+    assert ended.stderr.startswith("no licence\n")
+    assert "ClusterError: worker processes ended while they started" in ended.stderr

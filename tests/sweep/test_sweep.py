@@ -19,7 +19,7 @@ from polars.testing import assert_frame_equal
 from rich.console import Console
 
 from softsim.cli.study_tables import print_plan, print_results
-from softsim.errors import ClusterError, OutputError
+from softsim.errors import ClusterError, Interrupted, OutputError
 from softsim.output.folder import claimed, read_study, read_table
 from softsim.report.study.boundary import boundaries_in_words
 from softsim.report.study.findings import Findings
@@ -249,6 +249,55 @@ def test_a_signal_to_all_leaves_checkpoints_and_no_processes(study_file, tmp_pat
     assert read_table(folder)["status"].to_list() == [DONE, DONE, *[WAITING] * 4]
     assert len(list(folder.glob("cases/*/checkpoint.h5"))) == 1
     goes_on(study_file, folder, pool)
+
+
+def test_a_signal_during_the_start_of_workers_ends_the_study(study_file, tmp_path, pool):
+    """They are still importing the program, and none has registered."""
+    folder = tmp_path / "out"
+    process = subprocess.Popen(
+        [sys.executable, str(HERE / "study_process.py"), str(study_file), str(folder), "fine"],
+        stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    while not (folder / "study.json").is_file():
+        assert process.poll() is None
+        time.sleep(0.02)
+    time.sleep(0.3)
+    workers, asked = psutil.Process(process.pid).children(recursive=True), time.monotonic()
+    process.send_signal(signal.SIGTERM)
+    _, said = process.communicate(timeout=60.0)
+    assert time.monotonic() - asked < 5.0
+    assert process.returncode == 4
+    assert said == "stopped by SIGTERM, 0 of 6 cases\n  repeat the command to continue\n"
+    assert running(workers) == []
+    assert read_study(folder).status == "interrupted"
+    assert set(swept(study_file, folder, pool, stand_ins.fine)[0]["status"]) == {DONE}
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("phase", ["key_of", "refusals"])
+def test_a_signal_before_workers_start_ends_the_study(
+    study_file, tmp_path, pool, monkeypatch, phase, number
+):
+    """While cases are loaded, and while models are built; what is stored stays in the table."""
+    before = signal.getsignal(number)
+    folder = tmp_path / "out"
+    file = {"key_of": "softsim.sweep.job", "refusals": "softsim.sweep.study"}[phase]
+    for stored in (0, 6):
+        with (
+            monkeypatch.context() as patch,
+            pytest.raises(Interrupted, match=f"stopped by {number.name}, 0 of ") as stopped,
+        ):
+            patch.setattr(f"{file}.{phase}", lambda *_: os.kill(os.getpid(), number))
+            swept(study_file, folder, None, stand_ins.fine)
+        assert (stopped.value.exit_code, stopped.value.hint) == (
+            4,
+            "repeat the command to continue",
+        )
+        assert signal.getsignal(number) is before
+        assert read_study(folder).status == "interrupted"
+        assert read_table(folder)["status"].to_list().count(DONE) == stored
+        table, said = swept(study_file, folder, pool, stand_ins.fine)
+        assert f"6 cases, {stored} of them stored" in said and set(table["status"]) == {DONE}
 
 
 def running(processes):
