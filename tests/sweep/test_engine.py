@@ -109,14 +109,14 @@ def test_a_case_that_kills_its_process_is_lost_and_the_others_go_on(pool, jobs):
 
 
 def test_a_process_that_has_grown_is_replaced(pool, jobs):
-    """Each keeps 200 MB: the second growth of a process is its last."""
-    found = outcomes(completed(jobs(8), pool, simulate=stand_ins.hungry))
+    """Each keeps 200 MB: a process is replaced after its third, but may have begun its fourth."""
+    found = outcomes(completed(jobs(12), pool, simulate=stand_ins.hungry))
     assert {o.status for o in found.values()} == {DONE}
     summaries = [outcome.summary for outcome in found.values()]
     each = Counter(summary["process"] for summary in summaries)
-    assert len(each) > 2 and max(each.values()) <= 3
-    smallest = min(summary["memory"] for summary in summaries)
-    assert max(summary["memory"] for summary in summaries) < smallest + MOST_GROWTH + 250e6
+    assert len(each) > 2 and max(each.values()) <= 4
+    memory = [summary["memory"] for summary in summaries]
+    assert max(memory) < min(memory) + MOST_GROWTH + 2 * 200e6 + 50e6
 
 
 class Overbooked(WorkerPool):
