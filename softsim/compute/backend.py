@@ -5,25 +5,16 @@ arithmetic on it, which it does not do for loops over Taichi fields; on a GPU, w
 are the lanes, it has length one. Both use the same source of the physics.
 """
 
-import ast
 import contextlib
 import io
 import os
-import sys
-import textwrap
-import time
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
-import numpy as np
 import taichi as ti
-from taichi.lang import impl, kernel_impl, snode
-from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
 
 from softsim.compute.machine import chosen_device, processor_count
+from softsim.compute.taichi_internals import remove_stale_lock
 from softsim.errors import DeviceError
 
 # -------------------------------------------------------------------------------------------------
@@ -80,79 +71,7 @@ class ThreadCount:
 
 
 # -------------------------------------------------------------------------------------------------
-# Caching of Taichi's source look-ups, which take over a third of the time until kernels run.
-#
-# For every call in a kernel Taichi looks up the source of the function again and formats its lines,
-# which do not change while a process runs. For every expression it formats the source line for
-# possible error messages: here only once there is an error. For every field it formats the whole
-# call stack, for an error message if the field is used before it has memory; all fields are
-# allocated in one place, so that message is not needed. The names changed here are private to
-# Taichi 1.7.4, the only version this package works with.
-
-
-def remember_sources() -> None:
-    """Make Taichi look up each source once per process and format source lines only for errors."""
-    impl.get_traceback = snode.get_traceback = no_traceback
-    kernel_impl.getsourcefile = cache(kernel_impl.getsourcefile)
-    kernel_impl.getsourcelines = cache(kernel_impl.getsourcelines)
-    kernel_impl.textwrap = SimpleNamespace(fill=cache(textwrap.fill), dedent=cache(textwrap.dedent))
-    draw = ASTTransformerContext.get_pos_info
-
-    def position(context: ASTTransformerContext, node: ast.expr | ast.stmt) -> str:
-        is_for_an_error = sys.exc_info()[0] is not None
-        return draw(context, node) if is_for_an_error else ""
-
-    ASTTransformerContext.get_pos_info = position
-
-
-def no_traceback(stacklevel: int = 1) -> str:
-    """Return an empty text in place of the call stack of a field's creation."""
-    return ""
-
-
-remember_sources()
-
-# -------------------------------------------------------------------------------------------------
-# Launch of a kernel that is called for every row of the history.
-
-
-class Launch:
-    """Kernel of an object, compiled for its arguments: integers and arrays of real numbers.
-
-    In each call of a kernel Taichi 1.7.4 looks at the types of all arguments, and asks for the
-    compiled kernel by its name. That takes 90 us, as long as the energies of 1,400 elements. Here
-    it is done once. The kernel must not return anything.
-    """
-
-    def __init__(self, kernel: Any, *arguments: int | np.ndarray) -> None:
-        """Compile a kernel, or load it from the cache, without a call."""
-        source, owner = kernel._primal, kernel._kernel_owner
-        key = source.ensure_compiled(owner, *arguments)
-        self._kernel = source.compiled_kernels[key]
-        self._device = device()
-        program = impl.get_runtime().prog
-        self._run = program.launch_kernel
-        self._compiled = program.compile_kernel(
-            program.config(), program.get_device_caps(), self._kernel
-        )
-
-    def __call__(self, *arguments: int | np.ndarray) -> None:
-        """Call the kernel; arguments have the types of those for which it was compiled."""
-        if self._device is not device():
-            raise DeviceError(
-                "this kernel no longer exists: Taichi was started again after it was compiled",
-                hint="use one solver per process at a time",
-            )
-        context = self._kernel.make_launch_context()
-        for k, argument in enumerate(arguments):
-            if isinstance(argument, np.ndarray):
-                context.set_arg_external_array_with_shape(
-                    (k,), argument.ctypes.data, argument.nbytes, argument.shape, 0
-                )
-            else:
-                context.set_arg_int((k,), argument)
-        self._run(self._compiled, context)
-
+# The device in use.
 
 # Measured: of triangles and tetrahedra 8 and 16 f64 lanes are equally fast, 4 slower by a fifth; of
 # quadrilaterals 4 are as fast as 8, of hexahedra faster by a tenth, and both compile in half the
@@ -245,18 +164,6 @@ def default_cache_folder() -> Path:
     if given:
         return Path(given)
     return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "softsim" / "kernels"
-
-
-def remove_stale_lock(folder: Path) -> None:
-    """Remove Taichi's `ticache.lock` left by a killed process.
-
-    While a process that wrote it lives, the lock is held for well under a minute; an older one has
-    no owner, and every later run would skip the cache without a warning.
-    """
-    for lock in folder.rglob("ticache.lock"):
-        with contextlib.suppress(FileNotFoundError):  # another run removed it just now
-            if time.time() - lock.stat().st_mtime > 60:
-                lock.unlink()
 
 
 def device() -> Device:

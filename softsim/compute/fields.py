@@ -25,6 +25,7 @@ import numpy as np
 import taichi as ti
 
 from softsim.compute import backend
+from softsim.compute.taichi_internals import offset_in_block
 from softsim.errors import DeviceError
 
 WORD = 4  # bytes
@@ -426,7 +427,7 @@ class _Block:
         """Yield the fields of this block with their locations."""
         start = self.address() if self.device.name == "cpu" else None
         for new in made:
-            offset = new.field.parent()._offset_bytes_in_parent_cell
+            offset = offset_in_block(new.field)
             shape, extents = (*new.cells, *new.components), (*new.extents, *new.components)
             if start is None:
                 yield new.field, _DevicePlace(self, offset // WORD, shape, extents, new.dtype)

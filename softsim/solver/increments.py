@@ -21,8 +21,9 @@ import numpy as np
 import taichi as ti
 
 from softsim.compute import backend
-from softsim.compute.backend import Launch, ThreadCount
+from softsim.compute.backend import ThreadCount
 from softsim.compute.fields import index_field, real_field, rounded, write, write_row
+from softsim.compute.taichi_internals import SHARE, Barrier, Launch
 from softsim.compute.term import Pass
 from softsim.errors import DeviceError
 from softsim.solver.terms import Passes, Terms
@@ -39,14 +40,10 @@ MOST_OF_A_TEAM = 8 * TEAM
 # Increments that teams do in one call: 3 ms for one section of the robot, 34 ms for 2,048 (H200). A
 # card that draws a screen ends calls that take seconds.
 DONE_TOGETHER = 128
-# Taichi hands neighbouring indices of a parallel loop to a thread in shares of at least so many.
-SHARE = 512
 # Said to the compiler by a mask: it vectorises stores into neighbouring slots only where it can
 # prove that their addresses, of 32 bits within a field, do not overflow (26 against 45 us an
 # increment of the robot's section, and twice as fast for tetrahedra).
 LARGEST_INDEX = 2**22 - 1
-# Looks at the others before a worker gives them up: more than ten seconds.
-MOST_LOOKS = 500_000_000
 
 
 class Span(NamedTuple):
@@ -111,7 +108,7 @@ class IncrementKernels:
         self.threads = ThreadCount(backend.device().threads)
         self.is_small = max(p.count for p in self.passes) <= MOST_OF_A_TEAM
         self.spans = real_field(np.zeros((scenarios, DONE + 1)))
-        self.arrived, self.lost = (index_field(np.zeros(1, dtype=int)) for _ in range(2))
+        self.barrier = Barrier(*(index_field(np.zeros(1, dtype=int)) for _ in range(2)))
 
     def run(self, spans: Sequence[Span]) -> None:
         """Run a span of each scenario with the kernels for the device."""
@@ -187,15 +184,14 @@ class IncrementKernels:
 
     @ti.kernel
     def _together(self, s: ti.i32, workers: ti.i32, zero: ti.i32) -> ti.i32:
-        self.arrived[0] = 0
-        self.lost[0] = 0
+        self.barrier.reset()
         # The number of threads is written into the kernel: Taichi's cache of kernels would else
         # give one compiled for fewer threads, and these would wait for ever for the others.
         for share in range(self.threads.size * SHARE):
             worker = share // SHARE
             if share % SHARE == 0 and worker < workers:
                 self._work_through(s, worker, workers, zero)
-        return self.lost[0]
+        return self.barrier.lost[0]
 
     @ti.func
     def _work_through(self, only, worker, workers, zero):
@@ -213,13 +209,13 @@ class IncrementKernels:
                 if drift > 0.0:
                     for stage in ti.static(self.drift_stages):
                         self._work(stage, s, worker, workers, t, drift)
-                        met = self._meet(met, workers, zero)
+                        met = self.barrier.meet(met, workers, zero)
                 for stage in ti.static(self.force_stages):
                     self._work(stage, s, worker, workers, t, dt)
-                    met = self._meet(met, workers, zero)
+                    met = self.barrier.meet(met, workers, zero)
                 for stage in ti.static(self.kick_stages):
                     self._work(stage, s, worker, workers, t, kick)
-                    met = self._meet(met, workers, zero)
+                    met = self.barrier.meet(met, workers, zero)
 
     @ti.func
     def _work(self, stage: ti.template(), s, worker, workers, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
@@ -229,24 +225,6 @@ class IncrementKernels:
             for function in ti.static(loop.functions):
                 for i in range(count * worker // workers, count * (worker + 1) // workers):
                     function(s, i & LARGEST_INDEX, t, dt)
-
-    @ti.func
-    def _meet(self, met, workers, zero):
-        """Wait for all workers, which have met `met` times before, and return met + 1.
-
-        Taichi has no barrier on a CPU: each worker increments a counter and reads it until all
-        workers have done so. Only an atomic operation reads it again each time, and only one that
-        the compiler cannot simplify: it adds a `zero` that is not known before the run.
-        """
-        if workers > 1:
-            ti.atomic_add(self.arrived[0], 1)
-            looks = 0
-            while ti.atomic_add(self.arrived[0], zero) < workers * (met + 1):
-                looks += 1
-                if looks > MOST_LOOKS or self.lost[0] == 1:
-                    self.lost[0] = 1
-                    break
-        return met + 1
 
     @ti.kernel
     def _in_teams(self, first: ti.i32):

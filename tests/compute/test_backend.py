@@ -1,8 +1,5 @@
 """Starting Taichi: what is asked for is what is used, or it is said."""
 
-import os
-import time
-
 import pytest
 
 from softsim.compute import backend, machine
@@ -17,17 +14,6 @@ def test_auto_takes_what_is_there(kernel_cache, tmp_path):
 def test_an_unknown_device_is_refused():
     with pytest.raises(DeviceError, match="unknown device 'tpu'"):
         backend.start("tpu")
-
-
-def test_an_old_lock_goes_and_a_fresh_one_stays(tmp_path):
-    old, fresh = tmp_path / "a" / "ticache.lock", tmp_path / "b" / "ticache.lock"
-    for lock in (old, fresh):
-        lock.parent.mkdir()
-        lock.touch()
-    os.utime(old, (time.time() - 3600,) * 2)
-    backend.remove_stale_lock(tmp_path)
-    assert not old.exists()
-    assert fresh.exists()
 
 
 def test_lane_blocks_round_up(fresh_taichi):

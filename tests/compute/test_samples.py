@@ -1,13 +1,10 @@
-"""Rows of fields that are kept until their columns are computed, and launches without look-ups."""
+"""Rows of fields that are kept until their columns are computed."""
 
 import numpy as np
 import pytest
-import taichi as ti
 
-from softsim.compute import backend, fields, samples
-from softsim.compute.backend import Launch
+from softsim.compute import fields, samples
 from softsim.compute.samples import Sampler, Samples, present
-from softsim.errors import DeviceError
 
 
 def test_samples_are_copies_of_the_row_in_order(fresh_taichi):
@@ -47,32 +44,3 @@ def test_mean_forces_of_an_interval_without_time_are_zero():
     impulses = np.array([[1.0, 2.0], [3.0, 4.0]])
     np.testing.assert_array_equal(taken.mean(impulses), [[0.0, 0.0], [3.0 / 0.1, 4.0 / 0.1]])
     assert taken.rates.tolist() == [0.0, 1.0 / 0.1]
-
-
-@ti.data_oriented
-class Sums:
-    def __init__(self):
-        self.numbers = fields.real_field(np.arange(4.0))
-
-    @ti.kernel
-    def add(self, first: ti.i32, factors: ti.types.ndarray(ti.f64, ndim=1)):
-        ti.loop_config(serialize=True)
-        for k in range(first, 4):
-            self.numbers[k] = self.numbers[k] + factors[k]
-            factors[k] = self.numbers[k]
-
-
-def test_a_launch_is_a_call_of_the_kernel(restart):
-    restart()
-    sums, factors = Sums(), np.array([10.0, 20.0, 30.0, 40.0])
-    launch = Launch(sums.add, 0, factors)
-    assert fields.read(sums.numbers).tolist() == [0.0, 1.0, 2.0, 3.0]  # only compiled
-    launch(2, factors)
-    launch(3, other := np.full(4, 0.5))
-    assert fields.read(sums.numbers).tolist() == [0.0, 1.0, 32.0, 43.5]
-    assert factors.tolist() == [10.0, 20.0, 32.0, 43.0]
-    assert other.tolist() == [0.5, 0.5, 0.5, 43.5]
-    restart()
-    assert backend.device().name == "cpu"
-    with pytest.raises(DeviceError, match="started again"):
-        launch(0, factors)
