@@ -173,42 +173,53 @@ INTERVAL = 0.2e-3  # s, between rows of the history
 ROWS = 10  # in each half of the run
 
 
+class History:
+    """Rows of the history of a solver that begins."""
+
+    def __init__(self, solver, reader):
+        from softsim.output.observation import Observer
+        from softsim.solver.energy import EnergyBalance
+        from softsim.solver.stable_step import stable_step
+
+        model = solver.models[0]
+        self.solver, self.reader = solver, reader
+        self.dt = 0.5 * stable_step(model, model.points).value
+        solver.begin(self.dt)
+        balance = EnergyBalance.starting(reader.read(), model)
+        self.observer = Observer(solver.scenario(0), reader, balance)
+
+    def half(self):
+        """Advance by ROWS intervals and return their rows."""
+        rows = []
+        for _ in range(ROWS):
+            self.solver.advance(round(INTERVAL / self.dt))
+            self.reader.update()
+            rows.append(self.observer.observe(INTERVAL).row)
+            self.solver.clear_impulses(0)
+        return rows
+
+
 @pytest.mark.starts(1)
 @pytest.mark.parametrize("name", STRUCTURES)
 def test_every_part_acts_and_energy_is_balanced(build, restart, name):
-    from softsim.output.observation import Observer, columns
-    from softsim.solver.energy import EnergyBalance, EnergyReader
+    from softsim.output.observation import columns
+    from softsim.solver.energy import EnergyReader
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.solver.stable_step import stable_step
 
     text, acts = STRUCTURES[name]
     model = build(text)
     restart()
     solver = ExplicitSolver([model])
-    dt = 0.5 * stable_step(model, model.points).value
-    solver.begin(dt)
-    reader = EnergyReader(solver)
-    observer = Observer(solver.scenario(0), reader, EnergyBalance.starting(reader.read(), model))
-
-    def half():
-        """Advance by ROWS intervals and return the rows of the history."""
-        rows = []
-        for _ in range(ROWS):
-            solver.advance(round(INTERVAL / dt))
-            reader.update()
-            rows.append(observer.observe(INTERVAL).row)
-            solver.clear_impulses(0)
-        return rows
-
-    rows = half()
+    history = History(solver, EnergyReader(solver))
+    rows = history.half()
     middle, time, count = solver.state(), solver.time, solver.increment_count
-    rows += half()
+    rows += history.half()
     largest = {column: max(abs(row[column]) for row in rows) for column in columns(model)}
     assert not {column for column in acts if not largest[column] > 0.0}
     assert largest["energy_error"] < 1e-3
     end = solver.state()
-    solver.restore(middle, time, count, dt)
-    np.testing.assert_equal(half(), rows[ROWS:])
+    solver.restore(middle, time, count, history.dt)
+    np.testing.assert_equal(history.half(), rows[ROWS:])
     for part, array in end.items():
         np.testing.assert_array_equal(solver.state()[part], array, err_msg=part)
 
@@ -246,42 +257,22 @@ def changed(part, key=""):
 @pytest.mark.physics
 @pytest.mark.parametrize("name", STRUCTURES)
 def test_a_solver_that_takes_other_numbers_computes_what_a_new_one_does(build, restart, name):
-    from softsim.output.observation import Observer
-    from softsim.solver.energy import EnergyBalance, EnergyReader
+    from softsim.solver.energy import EnergyReader
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.solver.stable_step import stable_step
 
     text, over = STRUCTURES[name][0], ADDED[name]
     given = build(text, *over)
     other = build(yaml.safe_dump(changed(yaml.safe_load(text)), sort_keys=False), *over)
 
-    def course(solver, reader):
-        """Return rows of the history of two milliseconds, and the state at their end."""
-        model = solver.models[0]
-        dt = 0.5 * stable_step(model, model.points).value
-        solver.begin(dt)
-        reader.update()
-        observer = Observer(
-            solver.scenario(0), reader, EnergyBalance.starting(reader.read(), model)
-        )
-        rows = []
-        for _ in range(ROWS):
-            solver.advance(round(INTERVAL / dt))
-            reader.update()
-            rows.append(observer.observe(INTERVAL).row)
-            solver.clear_impulses(0)
-        return rows, solver.state()
-
     restart()
     solver = ExplicitSolver([given])
     reader = EnergyReader(solver)
-    first, _ = course(solver, reader)
+    first = History(solver, reader).half()
     assert solver.take_models([other])
-    rows, end = course(solver, reader)
+    rows, end = History(solver, reader).half(), solver.state()
     assert all(row != before for row, before in zip(rows, first, strict=True))
     restart()
     solver = ExplicitSolver([other])
-    expected, state = course(solver, EnergyReader(solver))
-    np.testing.assert_equal(rows, expected)
-    for part, array in state.items():
+    np.testing.assert_equal(rows, History(solver, EnergyReader(solver)).half())
+    for part, array in solver.state().items():
         np.testing.assert_array_equal(end[part], array, err_msg=part)

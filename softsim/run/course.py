@@ -617,10 +617,7 @@ class Run:
         """Inspect the elements a last time, and set the outcome."""
         with self.clock.spending_on(INSPECTIONS):
             self._inspect()
-        if self.files.keeps_end:
-            self.checkpoint()
-        else:
-            self.write_rows()
+        self._store(self.files.write_end)
         history = self.files.rows()
         found = measures(self.model, history)
         error = {"energy_error": self.progress.largest_energy_error}
@@ -679,6 +676,10 @@ class Run:
 
     def checkpoint(self) -> None:
         """Write the full state, from which --resume continues."""
+        self._store(self.files.write_checkpoint)
+
+    def _store(self, write: Callable[[Scenario, Progress, np.ndarray], None]) -> None:
+        """Write the rows so far, then the present state by `write`, a method of the files."""
         self.write_rows()
         scenario, progress = self.scenario, self.progress
         progress.time, progress.increment_count = scenario.time, scenario.increment_count
@@ -686,7 +687,7 @@ class Run:
         progress.wall_time = self._wall_time()
         progress.warnings = dict(self.files.warnings)
         with self.clock.spending_on(CHECKPOINTS):
-            self.files.write_checkpoint(scenario, progress, self.shape.x)
+            write(scenario, progress, self.shape.x)
 
     def _wall_time(self) -> float:
         return self.wall_before + time.monotonic() - self.clock.began

@@ -84,7 +84,7 @@ class Record(Protocol):
     """Record of a run.
 
     loaded, model: its scene, and the model built from it. warnings: kind -> text of all warnings so
-    far, in order of occurrence. keeps_end: False if the state at the end of a run is not needed.
+    far, in order of occurrence.
     """
 
     @property
@@ -97,8 +97,6 @@ class Record(Protocol):
     def path(self) -> Path: ...
     @property
     def history(self) -> HistoryRows: ...
-    @property
-    def keeps_end(self) -> bool: ...
 
     summary: dict[str, Any]
     warnings: dict[str, str]
@@ -122,6 +120,9 @@ class Record(Protocol):
         self, scenario: Scenario, progress: Progress, inspected: np.ndarray
     ) -> None:
         """Store the full state; inspected: nodal positions (n, d) [m] at the last inspection."""
+
+    def write_end(self, scenario: Scenario, progress: Progress, inspected: np.ndarray) -> None:
+        """Store the state at the end of the run, if this record keeps it; as write_checkpoint."""
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Store the summary."""
@@ -162,8 +163,6 @@ class MemoryRecord:
     that runs of one batch share.
     """
 
-    keeps_end = True
-
     def __init__(
         self, loaded: LoadedScene, model: Model, warnings: dict[str, str] | None = None
     ) -> None:
@@ -203,6 +202,10 @@ class MemoryRecord:
         self.checkpoint = Checkpoint(
             scenario.state(), asdict(progress), inspected, "", backend.device().name
         )
+
+    def write_end(self, scenario: Scenario, progress: Progress, inspected: np.ndarray) -> None:
+        """Store the full state."""
+        self.write_checkpoint(scenario, progress, inspected)
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Store the summary."""
@@ -248,8 +251,6 @@ class RunFiles:
 
     Raises OutputError if the disk refuses, or if there are no files to continue.
     """
-
-    keeps_end = True
 
     def __init__(
         self,
@@ -357,6 +358,10 @@ class RunFiles:
         )
         write_checkpoint(self.path / files.CHECKPOINT, content)
 
+    def write_end(self, scenario: Scenario, progress: Progress, inspected: np.ndarray) -> None:
+        """Write the full state, from which a later step continues."""
+        self.write_checkpoint(scenario, progress, inspected)
+
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Replace summary.json."""
         self.summary = summary
@@ -377,8 +382,6 @@ class RunFiles:
 class FramelessFiles(RunFiles):
     """Files of a run without frames: fields are written only if it fails; no state at its end."""
 
-    keeps_end = False
-
     @property
     def frame_count(self) -> int:
         """Number of frames that a resumed run must find: none."""
@@ -387,6 +390,9 @@ class FramelessFiles(RunFiles):
     def open_fields(self, resumed_at: float | None) -> None:
         """Remove the frames of an earlier run."""
         (self.path / files.RESULTS).unlink(missing_ok=True)
+
+    def write_end(self, scenario: Scenario, progress: Progress, inspected: np.ndarray) -> None:
+        """Do nothing: nobody continues from the end of this run."""
 
     def write_frame(self, scenario: Scenario) -> None:
         """Write the warnings about the strains of a frame."""

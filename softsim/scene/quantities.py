@@ -75,9 +75,9 @@ class Quantity:
 
     def _refusal(self, problem: str) -> PydanticCustomError:
         kind = units.KINDS[self.unit]
-        hint = f'{kind.name} such as "{kind.example}"'
-        if self.word:
-            hint += f", or {self.word}"
+        example = f'"{kind.example}"'
+        ways = [] if example in problem else [f"{kind.name} such as {example}"]
+        hint = ", or ".join([*ways, *([self.word] if self.word else [])])
         return PydanticCustomError("quantity", "{problem}", {"problem": problem, "hint": hint})
 
 
