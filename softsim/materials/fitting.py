@@ -22,7 +22,7 @@ from scipy.optimize import least_squares
 
 from softsim.errors import MaterialError
 from softsim.materials.law import EQUIBIAXIAL, PLANAR, UNIAXIAL, Law
-from softsim.materials.neo_hooke import NeoHooke
+from softsim.materials.laws import NeoHooke
 from softsim.materials.tensile import TEST_MODES, TensileTest
 
 MIN_STRAIN = 0.1

@@ -8,9 +8,8 @@ import pytest
 import yaml
 
 from softsim.materials.law import UNIAXIAL
-from softsim.materials.laws import LAWS
+from softsim.materials.laws import LAWS, Yeoh
 from softsim.materials.tensile import TensileTest
-from softsim.materials.yeoh import Yeoh
 
 NAMED = ["--strain-column", "e", "--stress-column", "s"]
 

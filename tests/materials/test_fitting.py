@@ -13,11 +13,8 @@ from softsim.builder import library_material
 from softsim.errors import MaterialError
 from softsim.materials.fitting import fit_law, fit_tests, prediction_errors
 from softsim.materials.law import EQUIBIAXIAL, UNIAXIAL
-from softsim.materials.mooney_rivlin import MooneyRivlin
-from softsim.materials.neo_hooke import NeoHooke
-from softsim.materials.ogden import LARGEST_EXPONENT, Ogden
+from softsim.materials.laws import LARGEST_EXPONENT, MooneyRivlin, NeoHooke, Ogden, Yeoh
 from softsim.materials.tensile import TEST_MODES, TensileTest, read_tensile_test
-from softsim.materials.yeoh import Yeoh
 
 REFERENCE = Path(__file__).parents[2] / ".." / "shared" / "reference"
 TENSILE = REFERENCE / "tensile"

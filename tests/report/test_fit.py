@@ -8,8 +8,8 @@ from matplotlib.image import imread
 from softsim.errors import OutputError
 from softsim.materials.fitting import Fit, fit_law
 from softsim.materials.law import UNIAXIAL
+from softsim.materials.laws import Yeoh
 from softsim.materials.tensile import TensileTest
-from softsim.materials.yeoh import Yeoh
 from softsim.report.fit import draw_fit, fit_rows, scene_snippet
 from softsim.scene.materials import YeohMaterial
 
