@@ -8,8 +8,7 @@ from scipy.integrate import quad
 
 from softsim.materials.law import Functions
 from softsim.materials.laws import Ogden
-from softsim.materials.material import Material
-from softsim.materials.mullins import Mullins
+from softsim.materials.material import Material, Mullins
 
 MULLINS = st.builds(Mullins, st.floats(1.05, 5.0), st.floats(10.0, 1e5), st.floats(0.0, 2.0))
 ENERGY = st.floats(1.0, 1e6)
