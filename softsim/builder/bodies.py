@@ -27,8 +27,7 @@ from softsim.mesh.mesh import Mesh, facet_owners, mirrored, of_corners, transfor
 from softsim.mesh.quality import check
 from softsim.mesh.reading import GEOMETRY, MeshFile, read_mesh
 from softsim.model import Body
-from softsim.robots.block import block
-from softsim.robots.box import box
+from softsim.robots.block import block, box
 from softsim.robots.leafbot import leafbot_section
 from softsim.robots.leafbot_solid import leafbot_solid
 from softsim.robots.pfr import pfr_meridian, pfr_section

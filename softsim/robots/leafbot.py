@@ -10,10 +10,9 @@ from softsim.robots.limits import (
     check_counts,
     check_positive,
     check_rows,
-    check_thickness,
     least_thickness,
 )
-from softsim.robots.spike import spike
+from softsim.robots.spike import check_thickness, spike
 from softsim.robots.spiked_strip import fineness_of, spiked_strip, whole
 
 

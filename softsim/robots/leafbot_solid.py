@@ -12,10 +12,9 @@ from softsim.robots.limits import (
     check_lean,
     check_positive,
     check_rows,
-    check_thickness,
     least_thickness,
 )
-from softsim.robots.spike import spike
+from softsim.robots.spike import check_thickness, spike
 from softsim.robots.spike_patch import layers_across, section, swept
 from softsim.robots.spiked_strip import even
 

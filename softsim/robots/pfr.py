@@ -22,10 +22,9 @@ from softsim.robots.limits import (
     check_positive,
     check_rows,
     check_skin,
-    check_thickness,
     least_thickness,
 )
-from softsim.robots.spike import spike
+from softsim.robots.spike import check_thickness, spike
 from softsim.robots.spiked_strip import (
     ROWS,
     Fin,

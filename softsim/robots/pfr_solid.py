@@ -9,17 +9,16 @@ from softsim.errors import MeshError
 from softsim.mesh.mesh import Mesh, renumbered
 from softsim.mesh.quality import check
 from softsim.mesh.surface import CellKind
-from softsim.robots.block import check_cell_count
 from softsim.robots.limits import (
+    check_cell_count,
     check_counts,
     check_lean,
     check_positive,
     check_rows,
     check_skin,
-    check_thickness,
     least_thickness,
 )
-from softsim.robots.spike import spike
+from softsim.robots.spike import check_thickness, spike
 from softsim.robots.spike_patch import layers_across, section, swept
 from softsim.robots.spiked_strip import Strip
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from softsim.errors import MeshError
 from softsim.mesh.surface import CellKind
-from softsim.robots.block import check_cell_count
+from softsim.robots.limits import check_cell_count
 
 SHARPEST_TIP = np.radians(15)
 """Smallest angle [rad] between rear edge and tip face.
@@ -83,6 +83,19 @@ def spike(
 def thickness(shape: Spike, heights: np.ndarray) -> np.ndarray:
     """Return the thickness [m] of the spike along the skin, at heights [m] above it."""
     return shape.front.x_at(heights) - shape.rear.x_at(heights)
+
+
+def check_thickness(what: str, shape: Spike, height: float, least: float) -> None:
+    """Raise MeshError if a spike or limb of this height is thinner than `least` [m] anywhere."""
+    heights = np.linspace(0, height, 101)
+    across = thickness(shape, heights)
+    thinnest = int(np.argmin(across))
+    if across[thinnest] < least * (1 - 1e-9):
+        raise MeshError(
+            f"the {what} is {1e3 * across[thinnest]:.4g} mm thick {1e3 * heights[thinnest]:.4g} mm "
+            f"from its root; at least {1e3 * least:.4g} mm is needed for its cells",
+            hint="increase root_thickness, tip_thickness or rear_radius, or reduce element_size",
+        )
 
 
 def cross_lines(shape: Spike, edge: float, root_segments: int) -> list[np.ndarray]:

@@ -9,17 +9,16 @@ import numpy as np
 from softsim.mesh.mesh import Mesh, boundary_facets, facets_on, facets_touching, renumbered
 from softsim.mesh.quality import check
 from softsim.mesh.surface import CellKind
-from softsim.robots.box import EXTRUSIONS
+from softsim.robots.block import EXTRUSIONS
 from softsim.robots.limits import (
     check_at_least_one,
     check_counts,
     check_lean,
     check_pitch,
     check_positive,
-    check_thickness,
     least_thickness,
 )
-from softsim.robots.spike import CROSSINGS, Spike, spike
+from softsim.robots.spike import CROSSINGS, Spike, check_thickness, spike
 from softsim.robots.spiked_strip import ROWS, Fin, Strip, even, even_columns, finned_strip
 
 # -------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import numpy as np
 
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.surface import BANDS, CellKind, stacked_bands
-from softsim.robots.block import check_cell_count
+from softsim.robots.limits import check_cell_count
 from softsim.robots.spike import CROSSINGS, Spike
 
 # -------------------------------------------------------------------------------------------------

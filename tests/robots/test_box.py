@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from softsim.errors import MeshError
 from softsim.mesh.quality import check, quality
-from softsim.robots.box import box
+from softsim.robots.block import box
 
 SIDES = {
     "left": (0, 0.0),

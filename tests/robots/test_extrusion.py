@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from softsim.mesh.mesh import Mesh, boundary_facets, signed_volumes
 from softsim.mesh.quality import check
-from softsim.robots.box import extruded_tetrahedra
+from softsim.robots.block import extruded_tetrahedra
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 HALVES = np.array([[0, 1, 2], [0, 2, 3]])
