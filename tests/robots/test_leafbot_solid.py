@@ -6,8 +6,7 @@ import pytest
 from softsim.errors import MeshError
 from softsim.mesh.mesh import signed_volumes
 from softsim.mesh.quality import quality
-from softsim.robots.leafbot import leafbot_section
-from softsim.robots.leafbot_solid import leafbot_solid
+from softsim.robots.leafbot import leafbot_section, leafbot_solid
 from softsim.scene.meshes import LeafbotSolidMesh
 
 

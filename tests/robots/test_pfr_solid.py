@@ -6,8 +6,7 @@ from hypothesis import strategies as st
 from softsim.errors import MeshError
 from softsim.mesh.mesh import signed_volumes
 from softsim.mesh.quality import check, quality
-from softsim.robots.pfr import pfr_section
-from softsim.robots.pfr_solid import pfr_solid
+from softsim.robots.pfr import pfr_section, pfr_solid
 
 DEFAULT = pfr_solid()
 TUBE = pfr_solid(rows=0)
