@@ -9,9 +9,13 @@ import pytest
 from surfaces import box, sphere
 
 from softsim.contact import grid as distance_grid
-from softsim.contact import triangle_surface
-from softsim.contact.grid import SpacingError, least_spacing, shape_of_grid
-from softsim.contact.triangle_surface import TriangleSurface
+from softsim.contact.grid import (
+    SpacingError,
+    TriangleSurface,
+    gridded,
+    least_spacing,
+    shape_of_grid,
+)
 from softsim.errors import MeshError
 
 RADIUS = 20e-3
@@ -20,7 +24,7 @@ SIZE = np.array([20e-3, 4e-3, 10e-3])
 
 def solid(size, spacing):
     """The grid of a solid box from the origin."""
-    return triangle_surface.gridded("solid", TriangleSurface(*box(size)), spacing)
+    return gridded("solid", TriangleSurface(*box(size)), spacing)
 
 
 def distance_to_box(x, size):
@@ -46,7 +50,7 @@ def test_a_sphere_is_met_to_second_order(record_verification):
     edges = np.linalg.norm(surface.ways, axis=2).max()
     errors = []
     for spacing in (5e-3, 2.5e-3):
-        grid = triangle_surface.gridded("hollow", surface, spacing)
+        grid = gridded("hollow", surface, spacing)
         errors.append(np.abs(grid.gaps(x)["hollow"] - exact).max())
         least = RADIUS - 2e-4 - np.sqrt(3.0) * spacing
         assert errors[-1] < spacing**2 / (4.0 * least) + edges**2 / (8.0 * RADIUS)
@@ -81,7 +85,7 @@ def test_outside_the_box_free_remains_free_and_solid_solid():
     far = rng.normal(size=(500, 3))
     far *= 0.1 / np.linalg.norm(far, axis=1)[:, None]
     for name, turned, sign in (("solid", triangles, 1.0), ("hollow", triangles[:, ::-1], -1.0)):
-        grid = triangle_surface.gridded(name, TriangleSurface(points, turned), 0.5e-3)
+        grid = gridded(name, TriangleSurface(points, turned), 0.5e-3)
         exact = np.linalg.norm(far - np.clip(far, 0.0, points.max(axis=0)), axis=1)
         found = sign * grid.gaps(far)[name]
         assert (found > 0.9 * exact).all()
@@ -92,7 +96,7 @@ def test_far_from_the_wall_the_distance_is_right_to_a_diagonal():
     """At the nodes of a large hollow, up to 20 spacings from its wall, and never too small."""
     points, triangles = sphere(RADIUS, 16)
     surface = TriangleSurface(points, triangles[:, ::-1])
-    grid = triangle_surface.gridded("hollow", surface, 1e-3)
+    grid = gridded("hollow", surface, 1e-3)
     index = np.indices(grid.values.shape).reshape(3, -1)
     r = np.linalg.norm(grid.origin[:, None] + grid.spacing * index, axis=0)
     error = np.abs(grid.values.ravel()) - np.abs(RADIUS - r)
@@ -119,10 +123,10 @@ def test_a_plate_thinner_than_a_cell_is_refused(thickness, turn, fits):
     c, s = np.cos(turn), np.sin(turn)
     plate = TriangleSurface(corners @ [[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]], triangles)
     if fits:
-        assert triangle_surface.gridded("plate", plate, 1e-3).values.min() < 0.0
+        assert gridded("plate", plate, 1e-3).values.min() < 0.0
         return
     with pytest.raises(SpacingError, match="too thin for its grid"):
-        triangle_surface.gridded("plate", plate, 1e-3)
+        gridded("plate", plate, 1e-3)
 
 
 @pytest.mark.parametrize("case", ["two that overlap", "one inside out"])
@@ -135,4 +139,4 @@ def test_a_surface_without_a_clear_inside_is_refused(case):
         np.vstack([points, points + shift]), np.vstack([triangles, second + len(points)])
     )
     with pytest.raises(MeshError, match="no unique inside near"):
-        triangle_surface.gridded("boxes", surface, 0.6e-3)
+        gridded("boxes", surface, 0.6e-3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from surfaces import box, sphere
 
-from softsim.contact.triangle_surface import TriangleSurface, gridded
+from softsim.contact.grid import TriangleSurface, gridded
 from softsim.mesh.surface import signed_volume
 
 SIZE = np.array([4e-3, 2e-3, 3e-3])
