@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.materials.law import Functions, Law
+from softsim.materials.laws import Functions, Law
 from softsim.units import format_quantity
 
 # ABAQUS/Explicit takes this ratio kappa / mu0 where no compressibility is given.
@@ -24,7 +24,7 @@ DEFAULT_BULK_RATIO = 20.0
 # is dissipated. It rises with W_m alone. After complete unloading U = 0: there is no permanent set.
 #
 # The functions with the constants as `c` serve floats, numpy arrays and Taichi lane vectors, as
-# those of materials/law.py; they carry no annotations, because Taichi would read them.
+# those of materials/laws.py; they carry no annotations, because Taichi would read them.
 
 LEAST_SCALE = 1e-9
 """Smallest s [J/m^3], that of a strain of about 1e-7: it matters at rest if m = 0."""

@@ -15,7 +15,7 @@ from softsim.materials.fitting import (
     Fit,
     instability_stretch,
 )
-from softsim.materials.law import UNIAXIAL, Law
+from softsim.materials.laws import UNIAXIAL, Law
 from softsim.materials.tensile import TensileTest
 from softsim.report.diagram import FLAT, POINTS, TALL, Diagram, Panel, PlotAxis, PlotSeries, Scale
 from softsim.report.png import draw

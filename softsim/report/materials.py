@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from softsim.materials.law import UNIAXIAL
+from softsim.materials.laws import UNIAXIAL
 from softsim.materials.library import Silicone, SiliconeSource
 from softsim.materials.tensile import TensileTest
 from softsim.report.diagram import POINTS, Diagram, Panel, PlotAxis, PlotSeries, Scale

@@ -9,7 +9,7 @@ import numpy as np
 
 from softsim.elements.geometry import Hoop, Region, nodal_sums, principal_values
 from softsim.elements.hourglass import HourglassStiffness
-from softsim.materials.law import FirstInvariantLaw, Law
+from softsim.materials.laws import FirstInvariantLaw, Law
 from softsim.materials.material import Material, Mullins
 from softsim.mesh.mesh import batches
 
@@ -30,8 +30,9 @@ from softsim.mesh.mesh import batches
 # At rest that is 2 mu0 |grad u|^2, while the exact variation is 2 mu0 |dev sym grad u|^2.
 #
 # Of W(I1_bar, I2_bar) the variation is taken along the principal axes of b_bar (Ogden 1984,
-# Non-linear Elastic Deformations, section 6.1), with H and W1, W2 of materials/law.py and the total
-# Kirchhoff stress tau, p J included. It splits into the normal components h_ii, with the matrix
+# Non-linear Elastic Deformations, section 6.1), with H and W1, W2 of materials/laws.py and the
+# total Kirchhoff stress tau, p J included. It splits into the normal components h_ii, with the
+# matrix
 #     H_ij + p J - tau_i delta_ij,
 # and the pairs (h_ij, h_ji), with
 #     [ a b_j    a b_j - tau_j ]

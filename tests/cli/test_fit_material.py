@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from softsim.materials.law import UNIAXIAL
-from softsim.materials.laws import LAWS, Yeoh
+from softsim.materials.laws import LAWS, UNIAXIAL, Yeoh
 from softsim.materials.tensile import TensileTest
 
 NAMED = ["--strain-column", "e", "--stress-column", "s"]

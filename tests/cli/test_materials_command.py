@@ -5,8 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from softsim.materials.law import UNIAXIAL
-from softsim.materials.laws import Yeoh
+from softsim.materials.laws import UNIAXIAL, Yeoh
 from softsim.materials.library import silicones
 from softsim.report.materials import COMPARED_FROM, sources_diagram
 

@@ -12,8 +12,15 @@ from hypothesis import strategies as st
 from softsim.builder import library_material
 from softsim.errors import MaterialError
 from softsim.materials.fitting import fit_law, fit_tests, prediction_errors
-from softsim.materials.law import EQUIBIAXIAL, UNIAXIAL
-from softsim.materials.laws import LARGEST_EXPONENT, MooneyRivlin, NeoHooke, Ogden, Yeoh
+from softsim.materials.laws import (
+    EQUIBIAXIAL,
+    LARGEST_EXPONENT,
+    UNIAXIAL,
+    MooneyRivlin,
+    NeoHooke,
+    Ogden,
+    Yeoh,
+)
 from softsim.materials.tensile import TEST_MODES, TensileTest, read_tensile_test
 
 REFERENCE = Path(__file__).parents[2] / ".." / "shared" / "reference"

@@ -9,8 +9,15 @@ from hypothesis import strategies as st
 
 from softsim.builder import library_material, library_names
 from softsim.materials.fitting import first_unstable_I1, instability_stretch
-from softsim.materials.law import FirstInvariantLaw, Functions
-from softsim.materials.laws import LAWS, MooneyRivlin, NeoHooke, Ogden, Yeoh
+from softsim.materials.laws import (
+    LAWS,
+    FirstInvariantLaw,
+    Functions,
+    MooneyRivlin,
+    NeoHooke,
+    Ogden,
+    Yeoh,
+)
 from softsim.materials.material import Material, bulk_modulus_from_poisson_ratio
 from softsim.materials.maxwell import MaxwellSeries
 

@@ -7,8 +7,7 @@ from matplotlib.image import imread
 
 from softsim.errors import OutputError
 from softsim.materials.fitting import Fit, fit_law
-from softsim.materials.law import UNIAXIAL
-from softsim.materials.laws import Yeoh
+from softsim.materials.laws import UNIAXIAL, Yeoh
 from softsim.materials.tensile import TensileTest
 from softsim.report.fit import draw_fit, fit_rows, scene_snippet
 from softsim.scene.materials import YeohMaterial

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from softsim.materials.law import FirstInvariantLaw, Functions
-from softsim.materials.laws import MooneyRivlin, Ogden, Yeoh
+from softsim.materials.laws import FirstInvariantLaw, Functions, MooneyRivlin, Ogden, Yeoh
 from softsim.materials.material import Material
 from softsim.solver.element_bound import tangent_bound
 
