@@ -32,7 +32,7 @@ from softsim.robots.leafbot import leafbot_section, leafbot_solid
 from softsim.robots.pfr import pfr_meridian, pfr_section, pfr_solid
 from softsim.robots.pneunet import pneunet, quadruped
 from softsim.robots.revolved import bellows_section, bellows_solid, bending_actuator
-from softsim.robots.spiked_strip import spike_patch
+from softsim.robots.spikes import spike_patch
 from softsim.scene import bodies as scene_bodies
 from softsim.scene.loading import LoadedScene
 from softsim.scene.meshes import FileMesh, GeneratedMesh

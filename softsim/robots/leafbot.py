@@ -14,12 +14,13 @@ from softsim.robots.limits import (
     check_rows,
     least_thickness,
 )
-from softsim.robots.spike import check_thickness, spike
-from softsim.robots.spiked_strip import (
+from softsim.robots.spikes import (
+    check_thickness,
     even,
     fineness_of,
     layers_across,
     section,
+    spike,
     spiked_strip,
     swept,
     whole,
@@ -48,7 +49,7 @@ def leafbot_section(
 ) -> Mesh:
     """Return a backbone on rows of limbs whose tips stand on y = 0; x is forward, 0 its middle.
 
-    The limbs are the PufferFace Robot's spikes (`spike.spike`), tips `lean` behind their roots:
+    The limbs are the PufferFace Robot's spikes (`spikes.spike`), tips `lean` behind their roots:
     pressed down they push the robot forward. Of equal root and tip thickness, and large radii, they
     are straight bars. All lengths in m; element_size as for `pfr.pfr_section`. backbone_rows: of
     quadrilaterals through the backbone. limb_columns: across a limb.

@@ -28,16 +28,17 @@ from softsim.robots.limits import (
     check_skin,
     least_thickness,
 )
-from softsim.robots.spike import check_thickness, spike
-from softsim.robots.spiked_strip import (
+from softsim.robots.spikes import (
     ROWS,
     Fin,
     Strip,
+    check_thickness,
     even_columns,
     fineness_of,
     finned_strip,
     layers_across,
     section,
+    spike,
     spiked_strip,
     swept,
     upright,

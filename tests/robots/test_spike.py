@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from softsim.errors import MeshError
-from softsim.robots.spike import cross_lines, grid_lines, spike, thickness
+from softsim.robots.spikes import cross_lines, grid_lines, spike, thickness
 
 DIMENSIONS = {
     "height": 5e-3,

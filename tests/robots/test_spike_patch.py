@@ -5,7 +5,7 @@ from softsim.errors import MeshError
 from softsim.mesh.mesh import signed_volumes
 from softsim.mesh.quality import quality
 from softsim.robots.pfr import pfr_section
-from softsim.robots.spiked_strip import spike_patch
+from softsim.robots.spikes import spike_patch
 from softsim.scene.meshes import SpikePatchMesh
 
 

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from softsim.mesh.mesh import Mesh, signed_volumes
 from softsim.mesh.quality import check
-from softsim.robots.spiked_strip import Fin, even, even_columns, finned_strip, staggered, upright
+from softsim.robots.spikes import Fin, even, even_columns, finned_strip, staggered, upright
 
 
 @pytest.mark.parametrize(
