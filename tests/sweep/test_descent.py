@@ -9,7 +9,7 @@ from trial_stand_ins import optimized
 from softsim.errors import SceneError
 from softsim.study.cases import DONE, FAILED
 from softsim.study.loading import load_study
-from softsim.sweep.descent import RANGE, Descent
+from softsim.sweep.trials import RANGE, Descent
 
 STATIC = """
 bodies:
