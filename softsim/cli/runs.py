@@ -334,7 +334,7 @@ def assess(
     is 0 only if all runs pass; repeat the command to continue after an interruption.
     """
     with explained() as console:
-        from softsim.scene.assessment import load_layout
+        from softsim.scene.loading import load_layout
 
         loaded = load_layout(layout, robot, overrides or [])
         if repeats is not None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from softsim.errors import SceneError
-from softsim.scene.assessment import load_layout
+from softsim.scene.loading import load_layout
 from softsim.study.assessment import Spread, repeated_assessment
 from softsim.study.cases import resolved
 
