@@ -9,7 +9,7 @@ from softsim.errors import OutputError
 from softsim.materials.fitting import Fit, fit_law
 from softsim.materials.laws import UNIAXIAL, Yeoh
 from softsim.materials.tensile import TensileTest
-from softsim.report.fit import draw_fit, fit_rows, scene_snippet
+from softsim.report.materials import draw_fit, fit_rows, scene_snippet
 from softsim.scene.materials import YeohMaterial
 
 LAW = Yeoh(21.6e3, 3.03e3, -0.111e3)
