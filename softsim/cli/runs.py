@@ -338,7 +338,7 @@ def assess(
 
         loaded = load_layout(layout, robot, overrides or [])
         if repeats is not None:
-            from softsim.study.assessment import Spread, repeated_assessment
+            from softsim.study.loading import Spread, repeated_assessment
 
             start = _length(start_range, "--start-range")
             spread = Spread(repeats, friction_range / 100.0, start, seed)

@@ -10,8 +10,8 @@ To be read in this order:
     composition  the scene of a combination, and its check before anything runs
     measures     columns read from summaries, and the objective among them
     bisection    the boundary where a measure crosses a threshold: next runs, present state
-    loading      all of this from a file, or from Python: `load_study`, `LoadedStudy`; as text
-    assessment   the study of `softsim assess --repeats`
+    loading      all of this from a file, or from Python: `load_study`, `LoadedStudy`; as text;
+                 the study of `softsim assess --repeats`
 
 Nothing here imports Taichi; `softsim.sweep` runs studies.
 """

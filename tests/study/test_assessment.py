@@ -6,8 +6,8 @@ import pytest
 
 from softsim.errors import SceneError
 from softsim.scene.loading import load_layout
-from softsim.study.assessment import Spread, repeated_assessment
 from softsim.study.cases import resolved
+from softsim.study.loading import Spread, repeated_assessment
 
 LAYOUT = Path(__file__).parents[2] / "scenes" / "layouts" / "elbow_90_36mm.yaml"
 
