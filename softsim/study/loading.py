@@ -21,8 +21,16 @@ from softsim.scene.walls import PipePathWall
 from softsim.study.axes import Goal, Plot, StudyAxis, chosen_plots, given_plots
 from softsim.study.bisection import Bisection, bisection_of, boundary, cells, runs_left
 from softsim.study.cases import Case, Value, forget_files, resolved
-from softsim.study.composition import Composition, checked_scenes, composed
-from softsim.study.design import Perturbation, perturbations, point_count, points, refuse_misfit
+from softsim.study.design import (
+    Composition,
+    Perturbation,
+    checked_scenes,
+    composed,
+    perturbations,
+    point_count,
+    points,
+    refuse_misfit,
+)
 from softsim.study.factors import Interval, Space
 from softsim.study.measures import MeasureColumn, goal_of, measure_column
 from softsim.study.schema import BisectionDesign, GridDesign, PointDesign, StudySpec

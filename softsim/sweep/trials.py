@@ -32,8 +32,7 @@ from softsim.scene.loading import keys_at
 from softsim.scene.measures import WITHOUT_DERIVATIVE
 from softsim.scene.text import nearest
 from softsim.study.cases import FAILED, Case, Value, case_key, resolved
-from softsim.study.composition import Composition
-from softsim.study.design import even_shares, value_at
+from softsim.study.design import Composition, even_shares, value_at
 from softsim.study.factors import Interval, NumberFactor, Space, at, rounded
 from softsim.study.loading import LoadedStudy
 from softsim.study.measures import MAXIMIZE, History, HistoryColumn, MeasureColumn
