@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softsim.analysis.motion import fall_begins
+from softsim.analysis.measures import fall_begins
 from softsim.errors import StabilityError
 from softsim.scene.bodies import BallOutline
 from softsim.scene.loading import (
