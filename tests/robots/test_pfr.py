@@ -413,7 +413,7 @@ def test_parameters_of_the_half_section_out_of_range_are_named(change, said):
 # -------------------------------------------------------------------------------------------------
 # The robot in space.
 
-DEFAULT_IN_SPACE = pfr_solid()
+SOLID = pfr_solid()
 TUBE = pfr_solid(rows=0)
 
 
@@ -473,7 +473,7 @@ def test_the_tube_has_no_boundary_but_its_sides_and_ends():
     assert total == pytest.approx(perimeter * 16e-3 * 30e-3 + ends, rel=1e-8)
 
 
-@pytest.mark.parametrize("mesh", [DEFAULT_IN_SPACE, TUBE], ids=["spiked", "tube"])
+@pytest.mark.parametrize("mesh", [SOLID, TUBE], ids=["spiked", "tube"])
 def test_the_surface_is_closed(mesh):
     facets = mesh.facet_sets["surface"]
     edges = np.concatenate([facets[:, [i, (i + 1) % 3]] for i in range(3)])
@@ -484,7 +484,7 @@ def test_the_surface_is_closed(mesh):
 
 
 def test_size_and_shape_of_the_default_in_space():
-    measured = quality(DEFAULT_IN_SPACE)
+    measured = quality(SOLID)
     assert 30_000 < measured.cell_count < 60_000
     assert measured.smallest_altitude > 0.3e-3
     assert measured.worst_aspect_ratio < 4
@@ -492,24 +492,24 @@ def test_size_and_shape_of_the_default_in_space():
 
 def test_outer_dimensions_in_space():
     assert (
-        DEFAULT_IN_SPACE.points[:, 0].min(),
-        DEFAULT_IN_SPACE.points[:, 0].max(),
+        SOLID.points[:, 0].min(),
+        SOLID.points[:, 0].max(),
     ) == pytest.approx((-15e-3, 15e-3))
-    everything = np.arange(len(DEFAULT_IN_SPACE.points))
-    assert radii(DEFAULT_IN_SPACE, everything).min() == pytest.approx(7.5e-3)
-    assert radii(DEFAULT_IN_SPACE, everything).max() == pytest.approx(13.5e-3)
+    everything = np.arange(len(SOLID.points))
+    assert radii(SOLID, everything).min() == pytest.approx(7.5e-3)
+    assert radii(SOLID, everything).max() == pytest.approx(13.5e-3)
 
 
 def test_the_first_spikes_keep_their_width_and_the_section_of_the_plane_model():
-    spikes = DEFAULT_IN_SPACE.cells[DEFAULT_IN_SPACE.cell_sets["spikes"]]
-    x, y, z = DEFAULT_IN_SPACE.points[spikes].mean(axis=1).T
+    spikes = SOLID.cells[SOLID.cell_sets["spikes"]]
+    x, y, z = SOLID.points[spikes].mean(axis=1).T
     upper = spikes[(y > 8e-3) & (np.abs(z) < 1e-3) & (np.abs(x) < 3e-3)]
-    np.testing.assert_allclose(np.abs(DEFAULT_IN_SPACE.points[upper, 2]).max(), 1e-3)
+    np.testing.assert_allclose(np.abs(SOLID.points[upper, 2]).max(), 1e-3)
     section = pfr_section(element_size=0.1e-3)
     both = signed_volumes(section.points, section.cells[section.cell_sets["spikes"]]).sum()
-    volume = signed_volumes(DEFAULT_IN_SPACE.points, upper).sum()
+    volume = signed_volumes(SOLID.points, upper).sum()
     assert volume == pytest.approx(both / 10 * 2e-3, rel=0.02)
-    flank = np.unique(upper)[np.isclose(DEFAULT_IN_SPACE.points[np.unique(upper), 2], 1e-3)]
+    flank = np.unique(upper)[np.isclose(SOLID.points[np.unique(upper), 2], 1e-3)]
     assert len(flank) > 20
 
 
@@ -524,7 +524,7 @@ def test_hexahedra_through_the_skin_and_across_a_spike_are_given(rows, columns, 
     )
     assert mesh.cells.shape[1] == 8
     for sets in ("node_sets", "facet_sets", "cell_sets"):
-        assert getattr(mesh, sets).keys() == getattr(DEFAULT_IN_SPACE, sets).keys()
+        assert getattr(mesh, sets).keys() == getattr(SOLID, sets).keys()
     around = len(mesh.node_sets["equator_inner"])
     assert len(mesh.node_sets["knot_front"]) == around * (rows + 1)
     assert around % 14 == 0
@@ -553,7 +553,7 @@ def test_hexahedra_through_the_skin_and_across_a_spike_are_given(rows, columns, 
 
 def test_without_nodes_in_the_middle_there_is_no_equator():
     mesh = pfr_solid(cells="quad", element_size=1.25e-3, spike_columns=1, spike_layers=1)
-    assert {name for name in DEFAULT_IN_SPACE.node_sets if name not in mesh.node_sets} == {
+    assert {name for name in SOLID.node_sets if name not in mesh.node_sets} == {
         "equator_inner", "equator_outer",
     }  # fmt: skip
     spikes = mesh.cells[mesh.cell_sets["spikes"]]
@@ -561,17 +561,17 @@ def test_without_nodes_in_the_middle_there_is_no_equator():
 
 
 def test_all_spikes_are_alike():
-    volumes = signed_volumes(DEFAULT_IN_SPACE.points, DEFAULT_IN_SPACE.cells)
-    spikes = DEFAULT_IN_SPACE.cell_sets["spikes"]
+    volumes = signed_volumes(SOLID.points, SOLID.cells)
+    spikes = SOLID.cell_sets["spikes"]
     assert len(spikes) % (5 * 14) == 0
-    _, y, z = DEFAULT_IN_SPACE.points[DEFAULT_IN_SPACE.cells[spikes]].mean(axis=1).T
+    _, y, z = SOLID.points[SOLID.cells[spikes]].mean(axis=1).T
     which = np.round(np.arctan2(z, y) / (2 * np.pi / 14)).astype(int) % 14
     np.testing.assert_allclose(np.bincount(which, volumes[spikes]), volumes[spikes].sum() / 14)
 
 
 def test_a_spike_mirrors_itself():
     # Two cells across, and diagonals to and fro: no direction around is favoured.
-    middle = DEFAULT_IN_SPACE.points[DEFAULT_IN_SPACE.cells].mean(axis=1)
+    middle = SOLID.points[SOLID.cells].mean(axis=1)
     near = middle[(middle[:, 1] > 0) & (np.abs(middle[:, 2]) < 1.5e-3)] * 1e3
     mirrored = near * [1, 1, -1]
     for a in (near, mirrored):
@@ -581,12 +581,10 @@ def test_a_spike_mirrors_itself():
 
 def test_knots_in_space_are_the_end_faces():
     for name, x in (("knot_front", 15e-3), ("knot_rear", -15e-3)):
-        ends = np.flatnonzero(
-            np.isclose(DEFAULT_IN_SPACE.points[:, 0], x) & (_skin(DEFAULT_IN_SPACE))
-        )
-        np.testing.assert_array_equal(np.sort(DEFAULT_IN_SPACE.node_sets[name]), ends)
-    both = {*DEFAULT_IN_SPACE.node_sets["knot_front"], *DEFAULT_IN_SPACE.node_sets["knot_rear"]}
-    assert set(DEFAULT_IN_SPACE.node_sets["knots"]) == both
+        ends = np.flatnonzero(np.isclose(SOLID.points[:, 0], x) & (_skin(SOLID)))
+        np.testing.assert_array_equal(np.sort(SOLID.node_sets[name]), ends)
+    both = {*SOLID.node_sets["knot_front"], *SOLID.node_sets["knot_rear"]}
+    assert set(SOLID.node_sets["knots"]) == both
 
 
 def _skin(mesh) -> np.ndarray:
@@ -594,60 +592,54 @@ def _skin(mesh) -> np.ndarray:
 
 
 def test_chamber_faces_the_axis():
-    nodes = DEFAULT_IN_SPACE.node_sets["chamber"]
-    np.testing.assert_allclose(radii(DEFAULT_IN_SPACE, nodes), 7.5e-3)
-    np.testing.assert_array_equal(np.unique(DEFAULT_IN_SPACE.facet_sets["chamber"]), np.sort(nodes))
-    centers = DEFAULT_IN_SPACE.points[DEFAULT_IN_SPACE.facet_sets["chamber"]].mean(axis=1)
-    assert ((areas(DEFAULT_IN_SPACE, "chamber") * centers)[:, 1:].sum(axis=1) < 0).all()
+    nodes = SOLID.node_sets["chamber"]
+    np.testing.assert_allclose(radii(SOLID, nodes), 7.5e-3)
+    np.testing.assert_array_equal(np.unique(SOLID.facet_sets["chamber"]), np.sort(nodes))
+    centers = SOLID.points[SOLID.facet_sets["chamber"]].mean(axis=1)
+    assert ((areas(SOLID, "chamber") * centers)[:, 1:].sum(axis=1) < 0).all()
 
 
 def test_outer_and_spikes_and_chamber_and_ends_are_the_surface():
     names = ("chamber", "outer", "spikes")
-    ends = np.isin(
-        DEFAULT_IN_SPACE.facet_sets["surface"], DEFAULT_IN_SPACE.node_sets["knot_front"]
-    ).all(axis=1) | (
-        np.isin(
-            DEFAULT_IN_SPACE.facet_sets["surface"], DEFAULT_IN_SPACE.node_sets["knot_rear"]
-        ).all(axis=1)
+    ends = np.isin(SOLID.facet_sets["surface"], SOLID.node_sets["knot_front"]).all(axis=1) | (
+        np.isin(SOLID.facet_sets["surface"], SOLID.node_sets["knot_rear"]).all(axis=1)
     )
-    parts = [DEFAULT_IN_SPACE.facet_sets[name] for name in names] + [
-        DEFAULT_IN_SPACE.facet_sets["surface"][ends]
-    ]
+    parts = [SOLID.facet_sets[name] for name in names] + [SOLID.facet_sets["surface"][ends]]
     together = np.sort(np.concatenate(parts), axis=1)
     assert len(np.unique(together, axis=0)) == len(together)
-    assert len(together) == len(DEFAULT_IN_SPACE.facet_sets["surface"])
-    _, perimeter = polygon(DEFAULT_IN_SPACE)
+    assert len(together) == len(SOLID.facet_sets["surface"])
+    _, perimeter = polygon(SOLID)
     roots = 5 * 14 * 3e-3 * 2e-3
-    outer = np.linalg.norm(areas(DEFAULT_IN_SPACE, "outer"), axis=1).sum()
+    outer = np.linalg.norm(areas(SOLID, "outer"), axis=1).sum()
     assert outer == pytest.approx(perimeter * 8.5e-3 * 30e-3 - roots, rel=2e-3)
-    centers = DEFAULT_IN_SPACE.points[DEFAULT_IN_SPACE.facet_sets["outer"]].mean(axis=1)
-    assert ((areas(DEFAULT_IN_SPACE, "outer") * centers)[:, 1:].sum(axis=1) > 0).all()
+    centers = SOLID.points[SOLID.facet_sets["outer"]].mean(axis=1)
+    assert ((areas(SOLID, "outer") * centers)[:, 1:].sum(axis=1) > 0).all()
 
 
 def test_rows_count_from_the_front_and_leave_out_their_roots():
     for row, center in enumerate((12e-3, 6e-3, 0, -6e-3, -12e-3), start=1):
-        nodes = DEFAULT_IN_SPACE.node_sets[f"j{row}"]
-        assert radii(DEFAULT_IN_SPACE, nodes).min() > 8.5e-3 + 0.1e-3
-        x = DEFAULT_IN_SPACE.points[nodes, 0]
+        nodes = SOLID.node_sets[f"j{row}"]
+        assert radii(SOLID, nodes).min() > 8.5e-3 + 0.1e-3
+        x = SOLID.points[nodes, 0]
         assert x.min() == pytest.approx(center - 3e-3)
         assert center + 1.4e-3 < x.max() < center + 1.51e-3
         assert len(nodes) % 14 == 0
-    assert "j6" not in DEFAULT_IN_SPACE.node_sets
+    assert "j6" not in SOLID.node_sets
 
 
 def test_tips_are_the_outer_ends():
-    tips = DEFAULT_IN_SPACE.node_sets["tips"]
+    tips = SOLID.node_sets["tips"]
     assert len(tips) == 5 * 14 * 3 * 2
-    np.testing.assert_allclose(radii(DEFAULT_IN_SPACE, tips), 13.5e-3)
+    np.testing.assert_allclose(radii(SOLID, tips), 13.5e-3)
 
 
 def test_equator_lies_between_the_spikes():
-    inner, outer = (DEFAULT_IN_SPACE.node_sets[f"equator_{side}"] for side in ("inner", "outer"))
-    np.testing.assert_allclose(DEFAULT_IN_SPACE.points[[*inner, *outer], 0], 0, atol=1e-15)
-    np.testing.assert_allclose(radii(DEFAULT_IN_SPACE, inner), 7.5e-3)
-    np.testing.assert_allclose(radii(DEFAULT_IN_SPACE, outer), 8.5e-3)
-    assert len(inner) == len(directions(DEFAULT_IN_SPACE))
-    y, z = DEFAULT_IN_SPACE.points[outer, 1:].T
+    inner, outer = (SOLID.node_sets[f"equator_{side}"] for side in ("inner", "outer"))
+    np.testing.assert_allclose(SOLID.points[[*inner, *outer], 0], 0, atol=1e-15)
+    np.testing.assert_allclose(radii(SOLID, inner), 7.5e-3)
+    np.testing.assert_allclose(radii(SOLID, outer), 8.5e-3)
+    assert len(inner) == len(directions(SOLID))
+    y, z = SOLID.points[outer, 1:].T
     gaps = np.sort(np.arctan2(z, y) % (2 * np.pi)) / (2 * np.pi / 14)
     np.testing.assert_allclose(gaps, np.arange(14) + 0.5)
     assert len(TUBE.node_sets["equator_outer"]) == len(directions(TUBE))
