@@ -23,7 +23,7 @@ from softsim.elements.geometry import Geometry, Region, nodal_sums
 from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
 from softsim.mesh.mesh import facet_owners
-from softsim.rigid.body import RigidBodyData
+from softsim.rigid import RigidBodyData
 from softsim.structures.structure import Structure
 from softsim.structures.ties import Ties
 

@@ -17,8 +17,7 @@ from softsim.builder import build_model
 from softsim.chain.loading import load_chain
 from softsim.cli import app
 from softsim.cli.examples import examples_folder
-from softsim.scene.assessment import load_layout
-from softsim.scene.loading import load_scene
+from softsim.scene.loading import load_layout, load_scene
 from softsim.scene.schema import Scene
 from softsim.scene.steps import load_steps
 from softsim.study.loading import load_study

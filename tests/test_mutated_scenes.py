@@ -16,9 +16,8 @@ from softsim.builder import build_model
 from softsim.chain.building import build_chain
 from softsim.chain.loading import load_chain
 from softsim.errors import SoftsimError
-from softsim.scene.assessment import load_layout
 from softsim.scene.chain import ChainScene
-from softsim.scene.loading import Loaded, load_scene
+from softsim.scene.loading import Loaded, load_layout, load_scene
 from softsim.scene.steps import load_steps
 
 pytestmark = pytest.mark.physics

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softsim.analysis.motion import LEAST_PROGRESS
+from softsim.analysis.measures import LEAST_PROGRESS
 from softsim.errors import StabilityError
 from softsim.reach.trials import progress
 from softsim.report.style import QUIET, drawing

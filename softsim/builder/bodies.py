@@ -27,15 +27,12 @@ from softsim.mesh.mesh import Mesh, facet_owners, mirrored, of_corners, transfor
 from softsim.mesh.quality import check
 from softsim.mesh.reading import GEOMETRY, MeshFile, read_mesh
 from softsim.model import Body
-from softsim.robots.block import block
-from softsim.robots.box import box
-from softsim.robots.leafbot import leafbot_section
-from softsim.robots.leafbot_solid import leafbot_solid
-from softsim.robots.pfr import pfr_meridian, pfr_section
-from softsim.robots.pfr_solid import pfr_solid
+from softsim.robots.block import block, box
+from softsim.robots.leafbot import leafbot_section, leafbot_solid
+from softsim.robots.pfr import pfr_meridian, pfr_section, pfr_solid
 from softsim.robots.pneunet import pneunet, quadruped
 from softsim.robots.revolved import bellows_section, bellows_solid, bending_actuator
-from softsim.robots.spike_patch import spike_patch
+from softsim.robots.spikes import spike_patch
 from softsim.scene import bodies as scene_bodies
 from softsim.scene.loading import LoadedScene
 from softsim.scene.meshes import FileMesh, GeneratedMesh

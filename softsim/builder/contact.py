@@ -28,7 +28,7 @@ from softsim.mesh.mesh import (
 )
 from softsim.mesh.surface import depth_in_surface, side_lengths
 from softsim.model import Body, SelfContactData
-from softsim.rigid.body import RigidBodyData
+from softsim.rigid import RigidBodyData
 from softsim.scene import walls
 from softsim.scene.conditions import Fixed, Symmetry
 from softsim.scene.text import Keys

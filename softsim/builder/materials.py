@@ -14,6 +14,7 @@ from softsim.materials.library import library_material, library_names, silicone_
 from softsim.materials.material import (
     DEFAULT_BULK_RATIO,
     Material,
+    Mullins,
     bulk_modulus_from_poisson_ratio,
 )
 from softsim.materials.maxwell import (
@@ -25,7 +26,6 @@ from softsim.materials.maxwell import (
     fractional,
     measured,
 )
-from softsim.materials.mullins import Mullins
 from softsim.model import Model
 from softsim.scene import materials as scene_materials
 from softsim.scene.loading import LoadedScene

@@ -10,17 +10,17 @@ from softsim.contact import pipe_layout
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import SceneError
-from softsim.scene.pipes import (
+from softsim.scene.text import Keys, nearest
+from softsim.scene.walls import (
     BendItem,
     CrossItem,
     PipeItem,
+    PipePathWall,
     StepItem,
     StraightItem,
     TaperItem,
     TeeItem,
 )
-from softsim.scene.text import Keys, nearest
-from softsim.scene.walls import PipePathWall
 
 # Key of the pipe of the start, beside which its branches stand.
 PIPE = "pipe"

@@ -15,7 +15,7 @@ from softsim.mesh.mesh import SURFACE, signed_volumes, simplex_facets
 from softsim.mesh.reading import read_mesh
 from softsim.mesh.surface import divided, in_order, read_surface, refuse_flat
 from softsim.model import Body, OutlineData
-from softsim.rigid.body import RigidBodyData
+from softsim.rigid import RigidBodyData
 from softsim.scene import conditions
 from softsim.scene.bodies import BallOutline, RigidBody, RigidSurface
 from softsim.scene.text import Keys

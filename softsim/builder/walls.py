@@ -12,8 +12,8 @@ from softsim.builder.conditions import displacement
 from softsim.builder.contact import ALLOWED_PENETRATION
 from softsim.builder.names import Names, in_mm
 from softsim.builder.pipe_path import overlap, pipe_networks
-from softsim.contact import terrain, triangle_surface
-from softsim.contact.grid import DistanceGrid, SpacingError
+from softsim.contact import terrain
+from softsim.contact.grid import DistanceGrid, SpacingError, TriangleSurface, gridded
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.polyline import Polyline, PolylineWall, checked_polyline
 from softsim.contact.simple_walls import Cylinder, HalfSpaces, RoundPipes, Sphere
@@ -68,8 +68,8 @@ def surface_wall(names: Names, name: str, wall: SurfaceWall) -> DistanceGrid:
         outwards = mesh.triangles
         triangles = {"outside": outwards, "inside": outwards[:, ::-1]}[wall.free_side]
         points = mesh.points + names.vector(wall.position, (*keys, "position"))
-        surface = triangle_surface.TriangleSurface(points, triangles)
-        return triangle_surface.gridded(name, surface, grid_spacing(names, wall))
+        surface = TriangleSurface(points, triangles)
+        return gridded(name, surface, grid_spacing(names, wall))
     except SpacingError as error:
         raise names.loaded.error((*keys, "spacing"), error.message, error.hint) from None
     except MeshError as error:

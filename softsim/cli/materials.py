@@ -117,7 +117,7 @@ def fit_material(
         from softsim.materials.fitting import fit_tests, prediction_errors
         from softsim.materials.laws import named_law
         from softsim.materials.tensile import read_tensile_test
-        from softsim.report import fit as report
+        from softsim.report import materials as report
 
         modes = mode or ["uniaxial"] * len(files)
         for option, given in (("mode", modes), ("weight", weight or files)):

@@ -56,7 +56,7 @@ def reach(
     after an interruption.
     """
     with explained() as console:
-        from softsim.scene.assessment import REACH, load_layout
+        from softsim.scene.loading import REACH, load_layout
 
         loaded = load_layout(layout, robot, overrides or [], REACH)
         # Taichi is imported from here on: an error before is told at once.

@@ -17,8 +17,7 @@ from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.model import Body, Model
 from softsim.output.acting import acting, not_read
-from softsim.report.figures import bookkeeping, duration, findings
-from softsim.report.table import segments
+from softsim.report.figures import bookkeeping, duration, findings, segments
 from softsim.run.equilibrium import MotorResponse
 from softsim.run.pilot import Duration
 from softsim.scene.loading import LoadedScene

@@ -334,11 +334,11 @@ def assess(
     is 0 only if all runs pass; repeat the command to continue after an interruption.
     """
     with explained() as console:
-        from softsim.scene.assessment import load_layout
+        from softsim.scene.loading import load_layout
 
         loaded = load_layout(layout, robot, overrides or [])
         if repeats is not None:
-            from softsim.study.assessment import Spread, repeated_assessment
+            from softsim.study.loading import Spread, repeated_assessment
 
             start = _length(start_range, "--start-range")
             spread = Spread(repeats, friction_range / 100.0, start, seed)

@@ -118,7 +118,7 @@ def response(
         from softsim.output.folder import RunFolder
         from softsim.report.vibrations import draw_responses
         from softsim.run.equilibrium import Preloaded, frequency_range, motors
-        from softsim.statics.response import HarmonicResponse
+        from softsim.statics.modes import HarmonicResponse
 
         bounds = None if frequencies is None else frequency_range(frequencies, "--frequencies")
         preload = Preload(scene, overrides or [], at, load or [], friction, device, threads)

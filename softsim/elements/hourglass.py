@@ -119,7 +119,7 @@ def plate_factors(modes: HourglassModes, k: int) -> np.ndarray:
     """Return sqrt(V/3 / mu) L (m, 3, 3), upper triangular, of plate k of hexahedra.
 
     The plate bends along xi_k; the factors are y over its strains E_ii, E_jj, 2 E_ij
-    (elements/hexahedra.py).
+    (elements/solid.py).
     """
     sides = modes.basis[:, CYCLIC[k]]
     a = np.linalg.inv(sides @ sides.transpose(0, 2, 1))

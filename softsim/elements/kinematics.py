@@ -20,7 +20,7 @@ from scipy.special import erfcx
 
 from softsim.compute import backend
 from softsim.compute.fields import real_field
-from softsim.materials.law import Functions, Law
+from softsim.materials.laws import Functions, Law
 
 
 class PlaneMetric:

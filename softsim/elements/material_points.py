@@ -28,8 +28,7 @@ from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, lane_data, lane_field, real_field
 from softsim.compute.term import Pass
 from softsim.elements.kinematics import LaneFunctions, isochoric
-from softsim.materials.material import Material
-from softsim.materials.mullins import Mullins
+from softsim.materials.material import Material, Mullins
 
 # -------------------------------------------------------------------------------------------------
 # Relaxation of Maxwell branches; those that are slow against the time step relax less often.
@@ -102,7 +101,7 @@ PEAK_ENERGY = "peak_energy"
 class Softening:
     """Kernel class of the Mullins effect, with the largest W of each element.
 
-    peak (scenarios, blocks) [J/m^3]: W_m of materials/mullins.py.
+    peak (scenarios, blocks) [J/m^3]: W_m of materials/material.py.
     """
 
     def __init__(self, mullins: Mullins, scenarios: int, blocks: int) -> None:

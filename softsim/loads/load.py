@@ -9,7 +9,7 @@ import numpy as np
 
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Term
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 
 L = TypeVar("L", bound="Load")
 

@@ -49,7 +49,7 @@ from softsim.loads.pressure import (
     PressureSource,
 )
 from softsim.loads.profile import Cycle, Profile, ProfileTable
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 from softsim.scene.quantities import CHAMBER_PRESSURE
 
 AMBIENT = "ambient"

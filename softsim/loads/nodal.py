@@ -12,7 +12,7 @@ from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, PerScenario, Stage, Term, WorkingTerm
 from softsim.loads.load import Load
 from softsim.loads.profile import Profile, ProfileTable
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 
 
 @dataclass(frozen=True, eq=False)

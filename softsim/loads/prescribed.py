@@ -15,7 +15,7 @@ from softsim.contact.forces import NodalForces
 from softsim.contact.wall import FixedFrame, Obstacle, Wall
 from softsim.loads.load import Load
 from softsim.loads.profile import Profile, ProfileTable
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 
 
 @dataclass(frozen=True, eq=False)

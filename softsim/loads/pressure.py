@@ -29,7 +29,7 @@ from softsim.compute.term import Pass, PerScenario, Stage, WorkingTerm
 from softsim.elements.geometry import Facets, Geometry
 from softsim.loads.load import Load
 from softsim.loads.profile import Cycle, Profile, ProfileTable, cycles_of
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 
 S = TypeVar("S", bound="ProfileSource")
 

@@ -25,7 +25,7 @@ from softsim.compute.fields import real_field, vector_field, write_row
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import PerScenario, Term
 from softsim.loads.load import Load
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from softsim.compute.nodes import Nodes
 from softsim.compute.samples import Samples
 from softsim.compute.term import PerScenario, Term
 from softsim.loads.load import Load, RigidSpring
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 
 
 @dataclass(frozen=True, eq=False)

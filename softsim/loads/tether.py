@@ -26,7 +26,7 @@ from softsim.compute.nodes import Nodes
 from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, PerScenario, Stage, Term
 from softsim.loads.load import Load, RigidSpring
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 
 # -------------------------------------------------------------------------------------------------
 # Coulomb friction with memory along a line that turns: the drag of a tether or a cable's end.

@@ -1,6 +1,6 @@
 """Constants of a law from one or several tests in different modes, by least squares.
 
-The fit is to the nominal stress of the incompressible solid (materials/law.py) at l = 1 + strain,
+The fit is to the nominal stress of the incompressible solid (materials/laws.py) at l = 1 + strain,
 l = 1 - strain in compression.
 Where it is linear in the constants of a law, no start values are needed; otherwise the best result
 of several starts is taken.
@@ -21,8 +21,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from softsim.errors import MaterialError
-from softsim.materials.law import EQUIBIAXIAL, PLANAR, UNIAXIAL, Law
-from softsim.materials.neo_hooke import NeoHooke
+from softsim.materials.laws import EQUIBIAXIAL, PLANAR, UNIAXIAL, Law, NeoHooke
 from softsim.materials.tensile import TEST_MODES, TensileTest
 
 MIN_STRAIN = 0.1

@@ -15,9 +15,7 @@ from typing import Any
 import yaml
 from pydantic import Field, TypeAdapter, ValidationInfo, field_validator
 
-from softsim.materials.law import Law
-from softsim.materials.laws import LAWS
-from softsim.materials.neo_hooke import NeoHooke
+from softsim.materials.laws import LAWS, Law, NeoHooke
 from softsim.scene import materials as scene_materials
 from softsim.scene.quantities import Number, PositivePressure, Spec, Text
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from softsim import units
 from softsim.errors import Location, MaterialError
-from softsim.materials.law import EQUIBIAXIAL, PLANAR, UNIAXIAL, Law, Mode
+from softsim.materials.laws import EQUIBIAXIAL, PLANAR, UNIAXIAL, Law, Mode
 
 STRAIN_COLUMN, STRESS_COLUMN = "Engineering Strain", "Engineering Stress"
 DELIMITERS = (";", ",", "\t")

@@ -22,7 +22,7 @@ from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
 from softsim.model import Model, Probe
 from softsim.output.fields import Frame, Frames, SeriesInMemory
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 from softsim.scene.outputs import probe_columns
 from softsim.scene.quantities import CHAMBER_PRESSURE, ROW_FORCE, SIDE_FORCE
 from softsim.solver.energy import (

@@ -14,7 +14,7 @@ from typing import Any
 
 from rich.console import Console
 
-from softsim.analysis.motion import LEAST_PROGRESS
+from softsim.analysis.measures import LEAST_PROGRESS
 from softsim.errors import StabilityError
 from softsim.output.folder import CASES, HISTORY, RunFolder, claimed
 from softsim.output.history import read_history

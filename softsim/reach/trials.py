@@ -21,11 +21,19 @@ from pathlib import Path
 
 import numpy as np
 
-from softsim.analysis.motion import fall_begins
+from softsim.analysis.measures import fall_begins
 from softsim.errors import StabilityError
-from softsim.scene.assessment import QUESTIONS, REACH, robot_tree, said
 from softsim.scene.bodies import BallOutline
-from softsim.scene.loading import LoadedScene, overridden, read_scene, validated
+from softsim.scene.loading import (
+    QUESTIONS,
+    REACH,
+    LoadedScene,
+    overridden,
+    read_scene,
+    robot_tree,
+    said,
+    validated,
+)
 from softsim.scene.loads import AxialReliefSpec, FollowerPressureSpec, Pneumatic, TetherSpec
 from softsim.scene.profiles import CyclesProfile, EventCyclesProfile
 from softsim.scene.text import Tree, merged

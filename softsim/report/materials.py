@@ -1,17 +1,30 @@
-"""Sources of a silicone: table of the library, curves in one figure, comparison with a test."""
+"""Figures and tables of materials: sources of a silicone, and laws fitted to tests."""
 
+import json
+import re
+from collections.abc import Sequence
 from itertools import cycle
 from pathlib import Path
 
 import numpy as np
 from rich.table import Table
 
-from softsim.materials.law import UNIAXIAL
+from softsim.materials.fitting import (
+    LARGEST_STRETCH,
+    PREDICTED_WITHIN,
+    SMALLEST_STRETCH,
+    Fit,
+    instability_stretch,
+)
+from softsim.materials.laws import UNIAXIAL, Law
 from softsim.materials.library import Silicone, SiliconeSource
 from softsim.materials.tensile import TensileTest
-from softsim.report.diagram import POINTS, Diagram, Panel, PlotAxis, PlotSeries, Scale
+from softsim.report.diagram import FLAT, POINTS, TALL, Diagram, Panel, PlotAxis, PlotSeries, Scale
 from softsim.report.png import draw
-from softsim.report.style import COLOURS, INK
+from softsim.report.style import BLUE, COLOURS, INK, ORANGE, QUIET, RED
+
+# -------------------------------------------------------------------------------------------------
+# Sources of a silicone: table of the library, curves in one figure, comparison with a test.
 
 DRAWN_RANGE = 0.3
 """Strain up to which a source that gives only a modulus is drawn, as a neo-Hookean solid."""
@@ -19,7 +32,7 @@ DRAWN_RANGE = 0.3
 COMPARED_FROM = 0.1
 """Strain below which a test from crosshead travel shows its slack; see `fitting.MIN_STRAIN`."""
 
-LAW_POINTS = 200
+SOURCE_POINTS = 200
 FIRST_STRAIN = 0.01
 
 
@@ -83,7 +96,7 @@ def sources_diagram(silicone: Silicone, test: TensileTest | None = None) -> Diag
     stress, modulus = [], []
     for source, colour in zip(silicone.sources, cycle(COLOURS), strict=False):
         end, kind = source.strain_range or DRAWN_RANGE, "-" if source.strain_range else "--"
-        stretch = 1.0 + np.linspace(0.0, end, LAW_POINTS)
+        stretch = 1.0 + np.linspace(0.0, end, SOURCE_POINTS)
         curves = [(_label(source), stretch, UNIAXIAL.nominal_stress(source.law, stretch), kind)]
         if source.spec.points:
             points = np.array(source.spec.points)
@@ -140,3 +153,226 @@ def comparison_rows(silicone: Silicone, test: TensileTest) -> list[tuple[str, st
         span = f"strains {strain[0]:.3g} to {strain[-1]:.3g}"
         rows.append((source.name, f"{ratio:.3g}, {span}"))
     return rows
+
+
+# -------------------------------------------------------------------------------------------------
+# Material law fitted to tests: curves, numbers, warnings, and the lines for a scene.
+
+SHOWN_BEYOND = 1.6
+"""Ratio of the plotted strain to the largest strain of the fit."""
+
+HEADROOM = 1.15
+"""Ratio of the largest plotted stress of the law to the largest measured stress plotted."""
+
+LAW_POINTS = 400
+
+LARGEST_SHOWN = 10.0
+"""Relative error above which its size is not printed."""
+
+ASSUMED_DENSITY = 1070
+"""Density of a silicone [kg/m^3] according to the data sheets of Dragon Skin 10 and Ecoflex."""
+
+
+def draw_fit(tests: Sequence[TensileTest], fits: Sequence[Fit], path: Path) -> None:
+    """Draw the diagram of one or several tests with one law fitted to them as PNG.
+
+    Raises OutputError if the file cannot be written.
+    """
+    several = len(tests) > 1
+    draw(path, fits_diagram(tests, fits) if several else fit_diagram(tests[0], fits[0]))
+
+
+def fits_diagram(tests: Sequence[TensileTest], fits: Sequence[Fit]) -> Diagram:
+    """Return the diagram of a law fitted to several tests, each with a colour of its own.
+
+    Points are measured within the range of the fit, lines fitted; below is the relative error.
+    """
+    largest = max(float(test.first_loading().stress.max()) for test in tests)
+    factor, unit = (1e-3, "kPa") if largest < 1e6 else (1e-6, "MPa")
+    curves, errors = [], []
+    for name, test, fit, colour in zip(names_of(tests), tests, fits, cycle(COLOURS)):
+        loading = test.first_loading()
+        inside = (loading.strain > fit.min_strain) & (loading.strain <= fit.max_strain)
+        strain, stress = loading.strain[inside], loading.stress[inside]
+        x = np.linspace(0.0, float(strain[-1]), LAW_POINTS)
+        error = test.stress_of(fit.law, strain) / stress - 1.0
+        fitted = factor * test.stress_of(fit.law, x)
+        curves += [
+            PlotSeries(name, 100.0 * strain, factor * stress, colour, POINTS),
+            PlotSeries("", 100.0 * x, fitted, colour),
+        ]
+        errors.append(PlotSeries("", 100.0 * strain, 100.0 * error, colour))
+    panels = [
+        Panel(PlotAxis(Scale(f"engineering stress [{unit}]"), curves), height=TALL),
+        Panel(PlotAxis(Scale("relative error [%]", from_zero=True), errors), height=FLAT),
+    ]
+    remark = f"{len(tests)} tests, {_constants(fits[0])}"
+    return Diagram("Fit", Scale("engineering strain [%]"), panels, remark)
+
+
+def names_of(tests: Sequence[TensileTest]) -> list[str]:
+    """Return the modes of the tests, with their titles where several have the same mode."""
+    modes = [test.mode for test in tests]
+    return [
+        test.mode if modes.count(test.mode) == 1 else f"{test.mode}, {test.title}" for test in tests
+    ]
+
+
+def fit_diagram(test: TensileTest, fit: Fit) -> Diagram:
+    """Return the diagram of measured and fitted stress over strain, and of the relative error.
+
+    Outside the range of the fit the measured curve is grey, the fitted one dashed, and there is
+    no error.
+    """
+    loading = test.first_loading()
+    shown = loading.strain <= SHOWN_BEYOND * fit.max_strain
+    strain, stress = loading.strain[shown], loading.stress[shown]
+    inside = (strain > fit.min_strain) & (strain <= fit.max_strain)
+    factor, unit = (1e-3, "kPa") if stress.max() < 1e6 else (1e-6, "MPa")
+    x = np.linspace(0.0, float(strain[-1]), LAW_POINTS)
+    law = test.stress_of(fit.law, x)
+    law[law > HEADROOM * stress.max()] = np.nan
+    fitted = np.where((x >= fit.min_strain) & (x <= fit.max_strain), law, np.nan)
+    error = test.stress_of(fit.law, strain[inside]) / stress[inside] - 1.0
+    curves = [
+        PlotSeries("measured", 100.0 * strain, factor * stress, QUIET),
+        PlotSeries(
+            "measured, fit range",
+            100.0 * strain[inside], factor * stress[inside], ORANGE, POINTS,
+        ),
+        PlotSeries("fitted", 100.0 * x, factor * fitted, BLUE),
+        PlotSeries("fit, extrapolated", 100.0 * x, factor * law, BLUE, "--"),
+    ]  # fmt: skip
+    errors = [PlotSeries("relative error", 100.0 * strain[inside], 100.0 * error, RED)]
+    panels = [
+        Panel(PlotAxis(Scale(f"engineering stress [{unit}]"), curves), height=TALL),
+        Panel(PlotAxis(Scale("relative error [%]", from_zero=True), errors), height=FLAT),
+    ]
+    said = f"{test.title}: {_constants(fit)}"
+    return Diagram("Fit", Scale("engineering strain [%]"), panels, said)
+
+
+def _constants(fit: Fit) -> str:
+    values = [f"{name} = {', '.join(_numbers(fit.law, name, 3))}" for name in _not_zero(fit.law)]
+    return f"{type(fit.law).__name__}, {', '.join(values)}"
+
+
+def _not_zero(law: Law) -> list[str]:
+    """Return the names of the nonzero fields of a law."""
+    return [name for name, value in vars(law).items() if np.any(value)]
+
+
+def _numbers(law: Law, name: str, digits: int) -> list[str]:
+    """Return the numbers of a field, one or several, with their unit."""
+    factor, unit = (1.0, "") if name in law.pure_numbers else (1e-3, " kPa")
+    return [f"{factor * c:#.{digits}g}{unit}" for c in np.ravel(getattr(law, name))]
+
+
+def fit_rows(fits: Sequence[Fit], names: Sequence[str] = ("",)) -> list[tuple[str, str]]:
+    """Return the numbers of fits with one law as (name, text), for tests of these `names`.
+
+    They are the constants, the range and the error in each test, and the range of validity.
+    """
+    law = fits[0].law
+    rows = [
+        *((name, ", ".join(_numbers(law, name, 4))) for name in vars(law)),
+        ("mu0", f"{law.initial_shear_modulus / 1e3:#.4g} kPa"),
+    ]
+    for fit, name in zip(fits, names, strict=True):
+        rows += [
+            *([(name, "")] if name else []),
+            ("range", f"strain {fit.min_strain:.3g} to {fit.max_strain:.3g}, {fit.points} points"),
+            (
+                "residual",
+                f"{fit.residual / 1e3:.3g} kPa rms, {100 * fit.relative_residual:.2g} % of the "
+                f"stress, R^2 = {fit.r_squared:.5f}",
+            ),
+            (
+                "largest error",
+                f"{100 * fit.worst_error:.3g} % at a strain of {fit.worst_strain:.3g}",
+            ),
+        ]
+    rows += [("stability", "")] if len(fits) > 1 else []
+    for path, stretch in instability_stretch(law).items():
+        end = SMALLEST_STRETCH if path == "compression" else LARGEST_STRETCH
+        is_stable = f"stable: the stress rises up to a stretch of {end:g}"
+        rows.append(
+            (path, is_stable if stretch is None else f"UNSTABLE from a stretch of {stretch:.3g}")
+        )
+    return rows
+
+
+def _percent(error: float) -> str:
+    """Return a relative error in per cent with two or three digits."""
+    if error > LARGEST_SHOWN:
+        return f"more than {100.0 * LARGEST_SHOWN:.0f} %"
+    return f"{100.0 * error:.0f} %" if error > 0.1 else f"{100.0 * error:.2g} %"
+
+
+def prediction_rows(names: Sequence[str], errors: np.ndarray) -> list[tuple[str, str]]:
+    """Return the errors (n, n) of `prediction_errors` as (name, text), one row per test fitted."""
+    rows = []
+    for name, row in zip(names, errors, strict=True):
+        texts = [f"{other} {_percent(error)}" for other, error in zip(names, row, strict=True)]
+        stable = bool(np.isfinite(row).all())
+        rows.append((name, ", ".join(texts) if stable else "this test alone gives no stable fit"))
+    return rows
+
+
+def prediction_warnings(names: Sequence[str], fits: Sequence[Fit], errors: np.ndarray) -> list[str]:
+    """Return warnings on tests that a fit to another one, or to all, misses by PREDICTED_WITHIN.
+
+    errors (n, n): those of `prediction_errors`.
+    """
+    found = []
+    for name, row in zip(names, errors, strict=True):
+        missed = [
+            f"{other} by {_percent(error)}"
+            for other, error in zip(names, row, strict=True)
+            if other != name and error > PREDICTED_WITHIN
+        ]
+        if missed:
+            found.append(
+                f"constants fitted to '{name}' alone miss {', '.join(missed)} rms: do not use "
+                "this law with that test alone where the part is loaded in the other modes"
+            )
+    joint = [
+        f"{name} by {_percent(fit.relative_residual)}"
+        for name, fit in zip(names, fits, strict=True)
+        if fit.relative_residual > PREDICTED_WITHIN
+    ]
+    if joint:
+        found.append(
+            f"the constants fitted to all tests miss {', '.join(joint)} rms: use another law "
+            "(--law) or more terms (--terms), or check that the specimens are of one batch"
+        )
+    return found
+
+
+def scene_snippet(tests: Sequence[TensileTest], fits: Sequence[Fit], law: str) -> str:
+    """Return the fitted material in the YAML of a scene; `law` is its name in scenes.
+
+    Its strain range is that of the uniaxial tests, or of all tests if none is uniaxial.
+    """
+    test, fit = tests[0], fits[0]
+    ranges = [one.max_strain for one in fits if one.mode == UNIAXIAL.name]
+    strain_range = max(ranges or [one.max_strain for one in fits])
+    listed = "; ".join(f"{one.source}, {one.mode}" for one in tests)
+    name = re.sub(r"\W+", "_", test.title.lower(), flags=re.ASCII).strip("_")
+    name = name if name[:1].isalpha() else f"material_{name}"
+    lines = [
+        "materials:",
+        f"  {name}:",
+        f"    law: {law}",
+        *(f"    {name}: {_in_yaml(fit.law, name)}" for name in _not_zero(fit.law)),
+        f"    density: {ASSUMED_DENSITY} kg/m^3  # assumed; a tensile test does not give it",
+        f"    strain_range: {strain_range:.3g}",
+        f"    source: {json.dumps(f'fit to {listed}', ensure_ascii=False)}",
+    ]
+    return "\n".join(lines)
+
+
+def _in_yaml(law: Law, name: str) -> str:
+    """Return a field in the YAML of a scene: a number with its unit, or a list of such."""
+    numbers = _numbers(law, name, 3)
+    return f"[{', '.join(numbers)}]" if np.ndim(getattr(law, name)) else numbers[0]

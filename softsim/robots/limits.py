@@ -2,11 +2,11 @@
 
 import math
 
-import numpy as np
-
 from softsim.errors import MeshError
 from softsim.mesh.surface import CellKind
-from softsim.robots.spike import Spike, thickness
+
+LARGEST_GRID = 5_000_000
+"""Largest number of cells that fits in a reasonable memory."""
 
 
 def check_positive(**lengths: float) -> None:
@@ -101,14 +101,11 @@ def check_pitch(what: str, pitch: float, root: float, element_size: float) -> No
         )
 
 
-def check_thickness(what: str, shape: Spike, height: float, least: float) -> None:
-    """Raise MeshError if a spike or limb of this height is thinner than `least` [m] anywhere."""
-    heights = np.linspace(0, height, 101)
-    across = thickness(shape, heights)
-    thinnest = int(np.argmin(across))
-    if across[thinnest] < least * (1 - 1e-9):
+def check_cell_count(count: float, element_size: float) -> None:
+    """Raise MeshError if the number of elements of this size [m] exceeds LARGEST_GRID."""
+    if count > LARGEST_GRID:
         raise MeshError(
-            f"the {what} is {1e3 * across[thinnest]:.4g} mm thick {1e3 * heights[thinnest]:.4g} mm "
-            f"from its root; at least {1e3 * least:.4g} mm is needed for its cells",
-            hint="increase root_thickness, tip_thickness or rear_radius, or reduce element_size",
+            f"element_size is {1e3 * element_size:g} mm and makes at least {count:.3g} elements; "
+            f"at most {LARGEST_GRID:g} fit in a reasonable memory",
+            hint="increase element_size",
         )

@@ -15,9 +15,8 @@ from softsim.errors import MeshError
 from softsim.mesh.mesh import Mesh, boundary_facets, facets_on, renumbered
 from softsim.mesh.quality import check
 from softsim.mesh.surface import CellKind
-from softsim.robots.block import FILLINGS, LARGEST_GRID, check_cell_count
-from softsim.robots.box import EXTRUSIONS
-from softsim.robots.limits import check_positive
+from softsim.robots.block import EXTRUSIONS, FILLINGS
+from softsim.robots.limits import LARGEST_GRID, check_cell_count, check_positive
 
 # Where there is material from the base up: base, channel, bridge, chamber above it, roof.
 END_WALL = (True, True, True, True, True)

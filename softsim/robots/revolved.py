@@ -12,8 +12,8 @@ import numpy as np
 from softsim.errors import MeshError
 from softsim.mesh.mesh import Mesh, boundary_facets, renumbered
 from softsim.mesh.quality import check
-from softsim.robots.block import check_cell_count, grid_cells
-from softsim.robots.limits import check_at_least_one, check_positive
+from softsim.robots.block import grid_cells
+from softsim.robots.limits import check_at_least_one, check_cell_count, check_positive
 
 Chain = np.ndarray
 """Node numbers of the half section (n,) along a line on its boundary."""

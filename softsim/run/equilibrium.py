@@ -32,9 +32,8 @@ from softsim.scene.reporting import did_you_mean
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.stable_step import first_time_increment
 from softsim.statics.forces import StaticForces
-from softsim.statics.modes import Friction, SmallVibrations
+from softsim.statics.modes import Friction, HarmonicResponse, SmallVibrations, at_full_speed
 from softsim.statics.newton import LoadSteps, Newton, NoEquilibriumError
-from softsim.statics.response import HarmonicResponse, at_full_speed
 from softsim.units import QUANTITY
 
 LEAST_STEPS = 20

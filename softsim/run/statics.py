@@ -9,9 +9,8 @@ from softsim.run.course import INSPECTIONS, KERNEL, Run
 from softsim.run.gradient import asked_parameters, derivatives
 from softsim.solver.energy import Energies
 from softsim.solver.guards import refuse_broken_elements
-from softsim.statics.arc_length import ArcSteps
 from softsim.statics.forces import TRIAL_DURATION, StaticForces
-from softsim.statics.newton import Equilibrium, LoadSteps, Newton, NoEquilibriumError
+from softsim.statics.newton import ArcSteps, Equilibrium, LoadSteps, Newton, NoEquilibriumError
 
 ADVICE = (
     "beyond a limit point a pressure or a force has no equilibrium nearby: drive the chamber by "

@@ -13,7 +13,6 @@ from softsim.scene.conditions import Condition
 from softsim.scene.loads import Load
 from softsim.scene.materials import Material
 from softsim.scene.outputs import Expect, Output
-from softsim.scene.pipes import Trailed
 from softsim.scene.pneumatics import Pneumatics
 from softsim.scene.quantities import (
     AutoOrPositiveTime,
@@ -29,7 +28,7 @@ from softsim.scene.quantities import (
     written,
 )
 from softsim.scene.structural import CableSpec, FibreSpec, LayerSpec, Tie
-from softsim.scene.walls import Contact, CrossingSpec, Environment
+from softsim.scene.walls import Contact, CrossingSpec, Environment, Trailed
 
 # -------------------------------------------------------------------------------------------------
 # Test whether a robot passes a layout of pipes.

@@ -28,7 +28,7 @@ from softsim.loads.load import RigidSpring
 from softsim.loads.tether import EndDrag
 from softsim.mesh.surface import area_vectors, weights_in_line
 from softsim.model import Model, OutlineData, SelfContactData
-from softsim.rigid.body import RigidBodyData, in_space, point_inertia
+from softsim.rigid import RigidBodyData, in_space, point_inertia
 
 # -------------------------------------------------------------------------------------------------
 # Rigid bodies in the bound of the stable step: their inertia, and the springs on them.

@@ -9,9 +9,8 @@ import numpy as np
 
 from softsim.elements.geometry import Hoop, Region, nodal_sums, principal_values
 from softsim.elements.hourglass import HourglassStiffness
-from softsim.materials.law import FirstInvariantLaw, Law
-from softsim.materials.material import Material
-from softsim.materials.mullins import Mullins
+from softsim.materials.laws import FirstInvariantLaw, Law
+from softsim.materials.material import Material, Mullins
 from softsim.mesh.mesh import batches
 
 # -------------------------------------------------------------------------------------------------
@@ -31,8 +30,9 @@ from softsim.mesh.mesh import batches
 # At rest that is 2 mu0 |grad u|^2, while the exact variation is 2 mu0 |dev sym grad u|^2.
 #
 # Of W(I1_bar, I2_bar) the variation is taken along the principal axes of b_bar (Ogden 1984,
-# Non-linear Elastic Deformations, section 6.1), with H and W1, W2 of materials/law.py and the total
-# Kirchhoff stress tau, p J included. It splits into the normal components h_ii, with the matrix
+# Non-linear Elastic Deformations, section 6.1), with H and W1, W2 of materials/laws.py and the
+# total Kirchhoff stress tau, p J included. It splits into the normal components h_ii, with the
+# matrix
 #     H_ij + p J - tau_i delta_ij,
 # and the pairs (h_ij, h_ji), with
 #     [ a b_j    a b_j - tau_j ]
@@ -41,7 +41,7 @@ from softsim.mesh.mesh import batches
 # of h_ij^2. The largest eigenvalue of the remainder is the other part of the bound. It is no less
 # than tau_i - 2 max(W1, 0) b_i, because F_zz of a ring has a second variation of its own.
 #
-# Softening (materials/mullins.py) multiplies W1, W2, H and the deviator of tau by eta, and adds
+# Softening (materials/material.py) multiplies W1, W2, H and the deviator of tau by eta, and adds
 # d eta/dW (tau : h)^2 <= d eta/dW |tau|^2 |h|^2. The bounds are convex in eta: at the ends of its
 # range they are largest. d eta/dW is taken where unloading begins. Its term rises from zero with
 # the first strain E, where W = mu0 |E|^2 and tau = 2 mu0 E, by more than the step in use allows: so

@@ -24,7 +24,7 @@ from softsim.contact.surface_contact import ContactData, SurfaceContact
 from softsim.contact.wall import FixedFrame, Obstacle, OffsetWall, Wall
 from softsim.elements.geometry import joined_regions
 from softsim.model import LOCAL_DAMPING, CornerData, Model
-from softsim.rigid.frame import BodyFrame, RigidBodies
+from softsim.rigid import BodyFrame, RigidBodies
 from softsim.solver.guards import return_time
 
 Passes = list[Pass]

@@ -25,7 +25,7 @@ from softsim.compute.nodes import Nodes
 from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, Stage, Term
 from softsim.contact.surface_contact import ContactData
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 from softsim.structures.structure import NodalStiffness, Structure
 
 

@@ -31,7 +31,7 @@ from softsim.compute.term import Pass, Stage, Term
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.quadrature import cube_functions, simplex_gradients
 from softsim.mesh.surface import at, closest_on_facets
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 from softsim.structures.structure import NodalStiffness, Structure
 
 BAR_LENGTHS = 0.1, 2.0

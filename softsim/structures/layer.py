@@ -26,7 +26,7 @@ from softsim.compute import backend
 from softsim.compute.fields import Number, index_field, real_field, vector_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, Stage, Term
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 from softsim.structures.structure import NodalStiffness, Structure
 
 

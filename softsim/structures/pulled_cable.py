@@ -34,7 +34,7 @@ from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, PerScenario, Stage, WorkingTerm
 from softsim.loads.load import Load
 from softsim.loads.profile import Profile, ProfileTable
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 from softsim.structures.structure import NodalStiffness, Structure
 
 

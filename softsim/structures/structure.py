@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Term
 from softsim.contact.surface_contact import ContactData
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 
 
 @dataclass(frozen=True, eq=False)

@@ -36,7 +36,7 @@ from softsim.compute.fields import Number, index_field, real_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, Stage, Term
 from softsim.mesh.surface import side_lengths
-from softsim.rigid.frame import RigidBodies
+from softsim.rigid import RigidBodies
 from softsim.structures.structure import Structure
 
 FARTHEST_TIED = 1.5

@@ -16,9 +16,15 @@ from pydantic import BaseModel
 import softsim
 from softsim import __version__
 from softsim.errors import Option, SceneError
-from softsim.scene.assessment import layout_tree
 from softsim.scene.chain import ChainScene, produced_by_chain
-from softsim.scene.loading import Loaded, flow_text, overridden, read_scene, validated_as
+from softsim.scene.loading import (
+    Loaded,
+    flow_text,
+    layout_tree,
+    overridden,
+    read_scene,
+    validated_as,
+)
 from softsim.scene.measures import Measure, produced, recorded
 from softsim.scene.schema import Scene
 from softsim.scene.text import Origin, Tree

@@ -5,8 +5,7 @@ import pytest
 
 from softsim.builder.contact import depth_inside, plane_strain_modulus
 from softsim.errors import SceneError
-from softsim.robots.block import block
-from softsim.robots.box import box
+from softsim.robots.block import block, box
 from softsim.solver.contact_bound import SurfaceStiffness
 
 TWO = """\

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.analysis.motion import whole_cycles
+from softsim.analysis.measures import whole_cycles
 from softsim.errors import SceneError
 from softsim.scene.loading import load_scene
 from softsim.scene.profiles import ever_falls

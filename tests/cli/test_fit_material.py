@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 import yaml
 
-from softsim.materials.law import UNIAXIAL
-from softsim.materials.laws import LAWS
+from softsim.materials.laws import LAWS, UNIAXIAL, Yeoh
 from softsim.materials.tensile import TensileTest
-from softsim.materials.yeoh import Yeoh
 
 NAMED = ["--strain-column", "e", "--stress-column", "s"]
 

@@ -5,9 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from softsim.materials.law import UNIAXIAL
+from softsim.materials.laws import UNIAXIAL, Yeoh
 from softsim.materials.library import silicones
-from softsim.materials.yeoh import Yeoh
 from softsim.report.materials import COMPARED_FROM, sources_diagram
 
 SCENE = """

@@ -5,14 +5,12 @@ import taichi as ti
 from surfaces import sphere
 
 from softsim.compute import fields
-from softsim.contact import triangle_surface
-from softsim.contact.grid import GriddedObstacle
-from softsim.contact.triangle_surface import TriangleSurface
+from softsim.contact.grid import GriddedObstacle, TriangleSurface, gridded
 
 
 def hollow(spacing=0.9e-3):
     points, triangles = sphere(8e-3, 8)
-    return triangle_surface.gridded("hollow", TriangleSurface(points, triangles[:, ::-1]), spacing)
+    return gridded("hollow", TriangleSurface(points, triangles[:, ::-1]), spacing)
 
 
 def look(walls, scenario, places):

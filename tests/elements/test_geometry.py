@@ -9,8 +9,7 @@ from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.quadrature import simplex_gradients
 from softsim.elements.ring_section import RingSection
 from softsim.elements.solid import Solid
-from softsim.robots.block import block
-from softsim.robots.box import box
+from softsim.robots.block import block, box
 
 SECTION = block(4e-3, 3e-3, 1e-3)
 RING = SECTION.points + np.array([5e-3, 0.0])  # r from 3 to 7 mm

@@ -6,8 +6,8 @@ import pytest
 from softsim.compute import fields
 from softsim.elements.geometry import Region
 from softsim.elements.plane_strain import PlaneStrain
+from softsim.materials.laws import Yeoh
 from softsim.materials.material import Material
-from softsim.materials.yeoh import Yeoh
 
 SIDE, TAU, SHARE = 1e-3, 1e-3, 0.4
 MU = 72e3  # [Pa], of the law

@@ -5,8 +5,8 @@ import pytest
 
 from softsim.elements.geometry import Region, cauchy_stress, measure_elements
 from softsim.elements.plane_strain import PlaneStrain
+from softsim.materials.laws import Yeoh
 from softsim.materials.material import Material
-from softsim.materials.yeoh import Yeoh
 from softsim.robots.block import block
 
 RUBBER = Material("rubber", Yeoh(50e3, 1e3), 1e6, 1000.0)

@@ -12,12 +12,16 @@ from hypothesis import strategies as st
 from softsim.builder import library_material
 from softsim.errors import MaterialError
 from softsim.materials.fitting import fit_law, fit_tests, prediction_errors
-from softsim.materials.law import EQUIBIAXIAL, UNIAXIAL
-from softsim.materials.mooney_rivlin import MooneyRivlin
-from softsim.materials.neo_hooke import NeoHooke
-from softsim.materials.ogden import LARGEST_EXPONENT, Ogden
+from softsim.materials.laws import (
+    EQUIBIAXIAL,
+    LARGEST_EXPONENT,
+    UNIAXIAL,
+    MooneyRivlin,
+    NeoHooke,
+    Ogden,
+    Yeoh,
+)
 from softsim.materials.tensile import TEST_MODES, TensileTest, read_tensile_test
-from softsim.materials.yeoh import Yeoh
 
 REFERENCE = Path(__file__).parents[2] / ".." / "shared" / "reference"
 TENSILE = REFERENCE / "tensile"

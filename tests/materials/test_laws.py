@@ -9,14 +9,17 @@ from hypothesis import strategies as st
 
 from softsim.builder import library_material, library_names
 from softsim.materials.fitting import first_unstable_I1, instability_stretch
-from softsim.materials.law import FirstInvariantLaw, Functions
-from softsim.materials.laws import LAWS
+from softsim.materials.laws import (
+    LAWS,
+    FirstInvariantLaw,
+    Functions,
+    MooneyRivlin,
+    NeoHooke,
+    Ogden,
+    Yeoh,
+)
 from softsim.materials.material import Material, bulk_modulus_from_poisson_ratio
 from softsim.materials.maxwell import MaxwellSeries
-from softsim.materials.mooney_rivlin import MooneyRivlin
-from softsim.materials.neo_hooke import NeoHooke
-from softsim.materials.ogden import Ogden
-from softsim.materials.yeoh import Yeoh
 
 
 def number(low, high):

@@ -5,8 +5,7 @@ import pytest
 from pydantic import ValidationError
 from scipy import stats
 
-from softsim.materials.law import UNIAXIAL
-from softsim.materials.laws import LAWS
+from softsim.materials.laws import LAWS, UNIAXIAL
 from softsim.materials.library import (
     ModulusSpread,
     SourceSpec,

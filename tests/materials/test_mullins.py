@@ -6,10 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from softsim.materials.law import Functions
-from softsim.materials.material import Material
-from softsim.materials.mullins import Mullins
-from softsim.materials.ogden import Ogden
+from softsim.materials.laws import Functions, Ogden
+from softsim.materials.material import Material, Mullins
 
 MULLINS = st.builds(Mullins, st.floats(1.05, 5.0), st.floats(10.0, 1e5), st.floats(0.0, 2.0))
 ENERGY = st.floats(1.0, 1e6)

@@ -6,11 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softsim.materials.fitting import first_unstable_I1, instability_stretch
-from softsim.materials.law import EQUIBIAXIAL, PLANAR, UNIAXIAL
-from softsim.materials.mooney_rivlin import MooneyRivlin
-from softsim.materials.neo_hooke import NeoHooke
-from softsim.materials.ogden import Ogden
-from softsim.materials.yeoh import Yeoh
+from softsim.materials.laws import (
+    EQUIBIAXIAL,
+    PLANAR,
+    UNIAXIAL,
+    MooneyRivlin,
+    NeoHooke,
+    Ogden,
+    Yeoh,
+)
 
 MODES = [UNIAXIAL, EQUIBIAXIAL, PLANAR]
 SOFTENING = Yeoh(21.6e3, 3.03e3, -0.111e3)  # Dragon Skin 10 up to 200 %, three terms

@@ -13,8 +13,7 @@ from softsim.mesh.cad import chambers, mesh_solid, stored_mesh, with_named_surfa
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.mesh.reading import read_mesh
-from softsim.robots.block import block
-from softsim.robots.box import box
+from softsim.robots.block import block, box
 
 ENDS = {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"}
 

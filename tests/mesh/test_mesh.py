@@ -26,8 +26,7 @@ from softsim.mesh.mesh import (
     with_corners,
 )
 from softsim.mesh.quality import check, quality
-from softsim.robots.block import block
-from softsim.robots.box import box
+from softsim.robots.block import block, box
 
 TETRAHEDRON = Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]), [[0, 1, 2, 3]])
 

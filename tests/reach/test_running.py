@@ -13,8 +13,7 @@ from softsim.reach.plan import Plan, plan_for
 from softsim.reach.running import Search, searches, seek, write_answer
 from softsim.reach.trials import BEST, Heading, Puller, TrialPipe, drag_override, progress
 from softsim.report.reach import draw_reach, in_words, pull_rows, read_reach
-from softsim.scene.assessment import REACH, load_layout
-from softsim.scene.loading import load_scene
+from softsim.scene.loading import REACH, load_layout, load_scene
 from softsim.sweep.engine import local_pool
 from validation.thesis import EFFECTIVE_RATE, LOWEST
 

@@ -12,8 +12,7 @@ from softsim.mesh.mesh import Mesh
 from softsim.output.fields import FieldWriter
 from softsim.output.folder import HISTORY, RESULTS
 from softsim.output.history import History
-from softsim.robots.block import block
-from softsim.robots.box import box
+from softsim.robots.block import block, box
 
 UNITS = {
     "time": "s", "pressure": "Pa", "frame_x": "m", "rows_in_contact": "-",

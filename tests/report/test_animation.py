@@ -24,7 +24,7 @@ from softsim.report.page.robot import (
     most_deformed,
     skin_of,
 )
-from softsim.robots.box import box
+from softsim.robots.block import box
 
 
 def whole(numbers: dict) -> np.ndarray:

@@ -21,8 +21,7 @@ from softsim.report.figures import draw_all
 from softsim.report.png import draw_stripes
 from softsim.report.reach import stripes_of
 from softsim.report.style import drawing
-from softsim.robots.block import block
-from softsim.robots.box import box
+from softsim.robots.block import block, box
 
 QUARTER = 0.5 * np.pi
 

@@ -25,7 +25,7 @@ from softsim.report.body import (
     visible_side,
     wall_faces,
 )
-from softsim.robots.box import box
+from softsim.robots.block import box
 
 CUBE = corners_of_box(np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]]))
 NO_WALLS, NO_PIPES = np.zeros((0, 6)), np.zeros((0, 7))

@@ -8,8 +8,7 @@ import pytest
 from softsim.builder import build_model
 from softsim.errors import SceneError
 from softsim.loads.tether import Tether
-from softsim.scene.assessment import load_layout
-from softsim.scene.loading import LIBRARY, load_scene, part_names, robot_names
+from softsim.scene.loading import LIBRARY, load_layout, load_scene, part_names, robot_names
 
 PIPE = """\
 environment: {walls: {pipe: {kind: pipe, diameter: 36 mm}}}

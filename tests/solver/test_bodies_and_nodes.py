@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag, eigh
 
-from softsim.rigid.body import RigidBodyData
+from softsim.rigid import RigidBodyData
 from softsim.solver.contact_bound import TiedSprings, with_bodies
 
 NODES = 12

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from softsim.errors import ModesError
+from softsim.materials.laws import NeoHooke
 from softsim.materials.material import Material, MaxwellBranch
-from softsim.materials.neo_hooke import NeoHooke
 from softsim.solver import rest_stiffness
 from softsim.solver.natural_modes import dynamic_frequency, movable_bodies, natural_modes
 

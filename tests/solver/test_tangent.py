@@ -5,11 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from softsim.materials.law import FirstInvariantLaw, Functions
+from softsim.materials.laws import FirstInvariantLaw, Functions, MooneyRivlin, Ogden, Yeoh
 from softsim.materials.material import Material
-from softsim.materials.mooney_rivlin import MooneyRivlin
-from softsim.materials.ogden import Ogden
-from softsim.materials.yeoh import Yeoh
 from softsim.solver.element_bound import tangent_bound
 
 LAWS = [Yeoh(36e3, 5e3, 1e3), MooneyRivlin(30e3, 6e3), MooneyRivlin(45e3, -5e3),

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from softsim.mesh.abaqus import FACES
-from softsim.robots.block import block
-from softsim.robots.box import box
+from softsim.robots.block import block, box
 from softsim.solver.stable_step import stable_step
 
 TYPES = {"plane_strain": "CPE", "axisymmetric": "CAX", "solid": "C3D"}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from softsim.compute import fields
-from softsim.rigid.body import in_space
+from softsim.rigid import in_space
 from softsim.solver.explicit import ExplicitSolver
 
 FAR = """

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from softsim.materials import law as modes
-from softsim.materials.mooney_rivlin import MooneyRivlin
+from softsim.materials import laws as modes
+from softsim.materials.laws import MooneyRivlin
 from softsim.mesh.reading import read_mesh
 from validation.cases import Outcome
 from validation.command import validate

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softsim.robots.box import box
+from softsim.robots.block import box
 
 INNER, OUTER = 8e-3, 10e-3
 

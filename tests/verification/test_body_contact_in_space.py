@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from softsim.compute import fields
 from softsim.output.fields import read_frames
 from softsim.robots.block import block as mesh_of_block
-from softsim.robots.box import box as mesh_of_box
+from softsim.robots.block import box as mesh_of_box
 
 SHEAR, BULK = 100e3, 2e6
 SETTINGS = """

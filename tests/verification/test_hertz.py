@@ -102,7 +102,7 @@ def write_quarter(path, sides, depths, cells):
     """A quarter of a square block in space, graded towards the top of its inner edge; `cells` as
     above.
     """
-    from softsim.robots.box import box
+    from softsim.robots.block import box
 
     columns, rows = len(sides) - 1, len(depths) - 1
     grid = box(columns, columns, rows, 1.0, cells)

@@ -7,8 +7,7 @@ from scipy.optimize import brentq
 from softsim.run import run
 from softsim.run.equilibrium import LoadRange, motors
 from softsim.scene.loading import load_scene
-from softsim.statics.modes import lines_of, zero_crossings
-from softsim.statics.response import HarmonicResponse
+from softsim.statics.modes import HarmonicResponse, lines_of, zero_crossings
 
 SHEAR, DENSITY = 72e3, 1000.0
 KAPPA = 20.0 * SHEAR

@@ -187,7 +187,7 @@ def test_frequencies_of_turning(build, fresh_taichi, record_verification):
 
 def test_the_torque_is_the_gradient_of_the_energy(build, start):
     """At some turned orientation, by central differences of turns about fixed axes."""
-    from softsim.rigid.body import in_space
+    from softsim.rigid import in_space
     from softsim.solver.energy import EnergyReader
 
     solver = start(build(SPACE))

@@ -41,8 +41,7 @@ from matplotlib.axes import Axes
 
 from softsim.errors import MaterialError
 from softsim.materials.fitting import fit_law
-from softsim.materials.law import Law
-from softsim.materials.laws import LAWS
+from softsim.materials.laws import LAWS, Law
 from softsim.materials.tensile import TensileTest
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, QUIET, drawing
 from validation.cases import Outcomes

@@ -34,9 +34,7 @@ from pathlib import Path
 import numpy as np
 
 from softsim.materials.fitting import fit_law
-from softsim.materials.law import UNIAXIAL, Law
-from softsim.materials.laws import LAWS
-from softsim.materials.neo_hooke import NeoHooke
+from softsim.materials.laws import LAWS, UNIAXIAL, Law, NeoHooke
 from softsim.materials.tensile import read_tensile_test
 from softsim.report.style import BLUE, INK, ORANGE, drawing
 from validation.cases import Outcomes

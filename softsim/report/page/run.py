@@ -29,12 +29,12 @@ from softsim.report.figures import (
     findings,
     recorded,
     recorded_steps,
+    segments,
     steps_diagram,
 )
 from softsim.report.page.charts import chart_of
 from softsim.report.page.robot import animation
 from softsim.report.reach import way
-from softsim.report.table import segments
 
 # -------------------------------------------------------------------------------------------------
 # Sentences on how a run ended.

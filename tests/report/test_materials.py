@@ -7,10 +7,9 @@ from matplotlib.image import imread
 
 from softsim.errors import OutputError
 from softsim.materials.fitting import Fit, fit_law
-from softsim.materials.law import UNIAXIAL
+from softsim.materials.laws import UNIAXIAL, Yeoh
 from softsim.materials.tensile import TensileTest
-from softsim.materials.yeoh import Yeoh
-from softsim.report.fit import draw_fit, fit_rows, scene_snippet
+from softsim.report.materials import draw_fit, fit_rows, scene_snippet
 from softsim.scene.materials import YeohMaterial
 
 LAW = Yeoh(21.6e3, 3.03e3, -0.111e3)
