@@ -12,12 +12,11 @@ from typing import Any
 import pytest
 import yaml
 
+from softsim.apps.chain.running import build_chain
+from softsim.apps.chain.scene import ChainScene, load_chain
 from softsim.builder import build_model
-from softsim.chain.building import build_chain
-from softsim.chain.loading import load_chain
 from softsim.errors import SoftsimError
 from softsim.scene.assessment import load_layout
-from softsim.scene.chain import ChainScene
 from softsim.scene.loading import Loaded, load_scene
 from softsim.scene.steps import load_steps
 

@@ -23,8 +23,8 @@ from pathlib import Path
 import numpy as np
 
 from softsim.analysis.motion import LEAST_PROGRESS
+from softsim.apps.reach.trials import progress
 from softsim.errors import StabilityError
-from softsim.reach.trials import progress
 from softsim.report.style import QUIET, drawing
 from validation.cases import THINNED, Case, Outcome, Outcomes
 from validation.command import command

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.calibration.curves import WallCurve, wall_curve
+from softsim.apps.calibration.result import WallCurve, wall_curve
 from softsim.errors import CalibrationError
 
 

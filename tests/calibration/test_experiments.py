@@ -5,9 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from softsim.apps.calibration.experiments import (
+    PUSH_DISTANCE,
+    inflation,
+    push,
+    reference_specimen,
+    section_specimen,
+)
 from softsim.builder import build_model
-from softsim.calibration.experiments import PUSH_DISTANCE, inflation, push
-from softsim.calibration.specimen import reference_specimen, section_specimen
 from softsim.loads.prescribed import PrescribedMotion
 from softsim.loads.rotor import Rotor
 from softsim.scene.loading import load_scene

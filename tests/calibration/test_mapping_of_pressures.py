@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.calibration.curves import WallCurve
-from softsim.calibration.mapping import FORCE_SHARE, matched
+from softsim.apps.calibration.result import FORCE_SHARE, WallCurve, matched
 from softsim.errors import CalibrationError
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.calibration.specimen import Move, stiffness
+from softsim.apps.calibration.experiments import Move, stiffness
 
 MOVE = Move("y", 1e-4, begin=1.0, end=1.1, until=1.5, rest=0.1)
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softsim.chain.building import build_chain
-from softsim.chain.loading import CHAINS, chain_names, load_chain
+from softsim.apps.chain.running import build_chain
+from softsim.apps.chain.scene import CHAINS, chain_names, load_chain
 from softsim.cli.examples import examples_folder
 from softsim.errors import SceneError
 

@@ -3,18 +3,22 @@
 import numpy as np
 import pytest
 
-from softsim.chain.backbone import BendingForce, JointStiffness, Tilt, WaveForce
-from softsim.chain.chain import Motors
-from softsim.chain.ground import (
+from softsim.apps.chain.mechanics import (
+    BendingForce,
     ContactDamper,
     Damper,
+    JointStiffness,
     Limbs,
+    Motors,
     NormalFriction,
     Thrust,
+    Tilt,
+    WaveForce,
     Weight,
     WeightFriction,
+    ladder,
+    line,
 )
-from softsim.chain.lattice import ladder, line
 
 STIFFNESSES = np.array([1000.0, 500.0, 500.0])
 P = np.array([[0.02, -0.0004], [0.001, 0.0003], [-0.012, -0.0007]])

@@ -5,10 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from softsim.chain.building import build_chain
-from softsim.chain.loading import load_chain
-from softsim.chain.motion import Motion, measures, simulate
-from softsim.chain.running import run_chain
+from softsim.apps.chain.motion import Motion, measures, simulate
+from softsim.apps.chain.running import build_chain, run_chain
+from softsim.apps.chain.scene import load_chain
 from softsim.errors import StabilityError
 from softsim.output.history import read_history, read_units
 

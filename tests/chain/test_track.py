@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from softsim.chain.building import build_chain
-from softsim.chain.loading import load_chain
-from softsim.chain.motion import Motion, track_measures
+from softsim.apps.chain.motion import Motion, track_measures
+from softsim.apps.chain.running import build_chain
+from softsim.apps.chain.scene import load_chain
 
 
 def test_a_track_is_told_without_the_shaking_of_the_motor():

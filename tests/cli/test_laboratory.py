@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from softsim.calibration.specimen import section_specimen
+from softsim.apps.calibration.experiments import section_specimen
+from softsim.apps.calibration.running import FARTHEST, Laboratory, Settings
 from softsim.cli import laboratory as experiments
-from softsim.cli.laboratory import FARTHEST, Laboratory, Settings
 from softsim.errors import StabilityError
 from softsim.output.history import History
 from softsim.scene.loading import load_scene

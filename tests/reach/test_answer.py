@@ -5,11 +5,20 @@ import math
 import numpy as np
 import pytest
 
+from softsim.apps.reach.distance import (
+    Bracket,
+    Distance,
+    TetherProperties,
+    Way,
+    distance,
+    load_of,
+    needed,
+    straight_distance,
+    ways,
+)
+from softsim.apps.reach.trials import Heading, TrialPipe
 from softsim.contact import pipe_layout
 from softsim.contact.pipe_layout import Bend, Straight, Taper
-from softsim.reach.answer import Distance, distance, load_of, needed, straight_distance
-from softsim.reach.tension import Bracket, TetherProperties, Way, ways
-from softsim.reach.trials import Heading, TrialPipe
 
 WEIGHT, FRICTION = 0.03, (0.5, 0.75)
 DOWN = np.array([0.0, -1.0, 0.0])

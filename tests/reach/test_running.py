@@ -8,11 +8,10 @@ import pullers
 import pytest
 from rich.console import Console
 
+from softsim.apps.reach.report import draw_reach, in_words, pull_rows, read_reach
+from softsim.apps.reach.running import Plan, Search, plan_for, searches, seek, write_answer
+from softsim.apps.reach.trials import BEST, Heading, Puller, TrialPipe, drag_override, progress
 from softsim.errors import SceneError, StabilityError
-from softsim.reach.plan import Plan, plan_for
-from softsim.reach.running import Search, searches, seek, write_answer
-from softsim.reach.trials import BEST, Heading, Puller, TrialPipe, drag_override, progress
-from softsim.report.reach import draw_reach, in_words, pull_rows, read_reach
 from softsim.scene.assessment import REACH, load_layout
 from softsim.scene.loading import load_scene
 from softsim.sweep.engine import local_pool

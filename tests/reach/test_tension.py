@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from softsim.apps.reach.distance import CORNER, Tension, TetherProperties, tension_along, ways
 from softsim.contact import pipe_layout
 from softsim.contact.pipe_layout import Bend, Fork, Straight
-from softsim.reach.tension import CORNER, Tension, TetherProperties, tension_along, ways
 
 WEIGHT, FRICTION, RADIUS = 0.03, 0.6, 0.3  # N/m, -, m
 DOWN = np.array([0.0, -1.0, 0.0])

@@ -4,16 +4,14 @@ import numpy as np
 import pytest
 import yaml
 
-from softsim.calibration.curves import WallCurve
-from softsim.calibration.mapping import matched
-from softsim.calibration.result import Calibration, Stiffnesses
-from softsim.calibration.specimen import SpecimenStiffness
-from softsim.report.calibration import (
+from softsim.apps.calibration.experiments import SpecimenStiffness
+from softsim.apps.calibration.report import (
     calibration_rows,
     draw_calibration,
     sample_rows,
     scene_lines,
 )
+from softsim.apps.calibration.result import Calibration, Stiffnesses, WallCurve, matched
 
 
 def curve(highest, touch, slope):

@@ -9,6 +9,7 @@ from layout_runs import ITEMS, write_layout_run
 from matplotlib.image import imread
 
 from softsim.analysis.passage import path_samples
+from softsim.apps.reach.report import stripes_of
 from softsim.contact.pipe_layout import Bend, Straight, path_of_items
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.errors import OutputError
@@ -19,7 +20,6 @@ from softsim.report.along_pipe import Pipe, draw_layout, pipes_described, places
 from softsim.report.diagram import Stripe
 from softsim.report.figures import draw_all
 from softsim.report.png import draw_stripes
-from softsim.report.reach import stripes_of
 from softsim.report.style import drawing
 from softsim.robots.block import block
 from softsim.robots.box import box

@@ -2,8 +2,8 @@ import pytest
 import yaml
 from pydantic import ValidationError
 
+from softsim.apps.chain.scene import chain_json_schema
 from softsim.scene import bodies, meshes, outputs, profiles, schema, walls
-from softsim.scene.chain import chain_json_schema
 from softsim.scene.materials import MooneyRivlinMaterial, OgdenMaterial, YeohMaterial
 from softsim.scene.quantities import NotNegativePressure
 from softsim.scene.schema import Scene, scene_json_schema

@@ -1,27 +1,17 @@
 """Figure of the reach of a robot: trials of its pull, and the tension along the layout."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from softsim.analysis.travel import History
 from softsim.output.folder import read_json
-from softsim.report.curves import pressurised, time_label
 from softsim.report.diagram import (
-    FLAT,
     MILLI,
-    POINTS,
-    Diagram,
-    Panel,
-    PlotAxis,
-    PlotSeries,
-    Scale,
-    Stripe,
 )
-from softsim.report.style import BLUE, COLOURS, GREEN, INK, ORANGE, QUIET, RED, drawing
+from softsim.report.style import COLOURS, INK, ORANGE, QUIET, drawing
 
 ANSWER, FIGURE = "reach.json", "reach.png"
 MARGIN = 1.6  # of the axis of forces over the largest pull
@@ -35,6 +25,11 @@ def read_reach(folder: Path) -> dict[str, Any]:
     Raises OutputError if the file is damaged.
     """
     return read_json(folder / ANSWER, "repeat the command to write it again")
+
+
+def redraw_reach(folder: Path) -> Path | None:
+    """Draw the figure of a folder of `softsim reach`, as `draw_reach`; None for other folders."""
+    return draw_reach(folder) if (folder / ANSWER).is_file() else None
 
 
 def draw_reach(folder: Path) -> Path:
@@ -105,68 +100,3 @@ def in_words(band: list[float | None], factor: float, unit: str) -> str:
     if high is None:
         return f"at least {factor * low:.3g} {unit}"
     return f"{factor * low:.3g} to {factor * high:.3g} {unit}"
-
-
-# -------------------------------------------------------------------------------------------------
-# Path of a robot along its pipe over time, with the segments of the layout.
-
-Report = Mapping[str, Any]
-
-ENDS = {"passed": GREEN, "stuck": RED, "unfinished": ORANGE}
-"""Colour of the robot at the end, by verdict."""
-
-ROOM = 0.05
-"""Margin above and below the range of arc lengths, as a fraction of it."""
-
-
-def way(history: History, report: Report) -> Diagram:
-    """Return the diagram of arc length over time up to the goal, with the visible segments.
-
-    Below are the air pressure, if any, and the rows in contact. report: `layout` of the
-    summary.
-    """
-    time, s = history["time"], history["arc_length"] * MILLI
-    goal, end = report["goal"] * MILLI, ENDS[report["verdict"]]
-    series = [
-        PlotSeries("centre", time, s, BLUE),
-        PlotSeries("goal", time, np.full_like(s, goal), GREEN, "--"),
-        PlotSeries(report["verdict"], time[-1:], s[-1:], end, POINTS),
-    ]
-    low, high = min(float(s.min()), report["start"] * MILLI), max(goal, float(s.max()))
-    room = ROOM * (high - low)
-    stripes = tuple(stripes_of(way_taken(report), low - room, high + room))
-    panels = [Panel(PlotAxis(Scale("centre along the pipe [mm]"), series), stripes=stripes)]
-    if pressurised(history):
-        air = PlotSeries("air", time, history["pressure"] / 1e3, ORANGE)
-        panels.append(Panel(PlotAxis(Scale("pressure [kPa]", from_zero=True), [air]), height=FLAT))
-    rows = PlotSeries("rows", time, history["rows_in_contact"], BLUE)
-    touching = PlotAxis(Scale("rows in contact", whole=True, from_zero=True), [rows])
-    panels.append(Panel(touching, height=FLAT))
-    return Diagram("Path through the layout", Scale(time_label(history)), panels, over_time=True)
-
-
-def way_taken(report: Report) -> list[Report]:
-    """Return the segments of the farthest branch, and those that the robot passed before it."""
-    farthest = report["where"]["branch"]
-    own = [one for one in report["segments"] if one["branch"] == farthest]
-    before = [
-        one
-        for one in report["segments"]
-        if one["branch"] != farthest
-        and one["entered"] is not None
-        and one["start"] < own[0]["start"]
-    ]
-    return [*before, *own]
-
-
-def stripes_of(segments: Sequence[Report], low: float, high: float) -> Iterator[Stripe]:
-    """Yield a labelled stripe for each segment between two arc lengths [mm].
-
-    Every other stripe is shaded. The last one continues beyond the end of its segment.
-    """
-    tops = [*(segment["start"] * MILLI for segment in segments[1:]), high]
-    for number, (segment, top) in enumerate(zip(segments, tops, strict=True)):
-        bottom, top = max(segment["start"] * MILLI, low), min(top, high)
-        if bottom < top:
-            said = f"{segment['segment']}  {segment['what']}"
-            yield Stripe(bottom, top, said, shaded=number % 2 == 0)

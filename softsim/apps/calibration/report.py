@@ -4,8 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softsim.calibration.mapping import FORCE_SHARE, Mapping
-from softsim.calibration.result import Calibration
+from softsim.apps.calibration.result import FORCE_SHARE, Calibration, PressureMapping
 from softsim.report.diagram import FLAT, STEPS, Diagram, Panel, PlotAxis, PlotSeries, Scale
 from softsim.report.png import draw
 from softsim.report.style import BLUE, INK, ORANGE
@@ -124,7 +123,7 @@ def scene_lines(found: Calibration, pressure: str, body: str) -> str:
     return "\n\n".join(blocks)
 
 
-def _block(pressure: str, body: str, m: Mapping, thickness: float, remark: str) -> str:
+def _block(pressure: str, body: str, m: PressureMapping, thickness: float, remark: str) -> str:
     return (
         f"# {remark}\n"
         f"bodies:\n  {body}:\n    thickness: {thickness * 1e3:.4g} mm\n"

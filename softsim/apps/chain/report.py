@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from softsim.analysis.travel import centre_of_circle
+from softsim.apps.chain.running import MODEL
 from softsim.output.folder import HISTORY, read_summary
 from softsim.output.history import read_history
 from softsim.report.diagram import MILLI
@@ -34,6 +35,11 @@ def draw_chain(folder: Path) -> Path:
     draw = _draw_in_space if "curvature" in summary else _draw_in_plane
     draw(folder / FIGURE, summary, history)
     return folder / FIGURE
+
+
+def redraw_chain(folder: Path) -> Path | None:
+    """Draw the figure of a folder of `softsim chain`, as `draw_chain`; None for other folders."""
+    return draw_chain(folder) if read_summary(folder).get("model") == MODEL else None
 
 
 def _draw_in_plane(

@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from softsim.cli.options import (
+from softsim.options import (
     Device,
     DeviceName,
     Overrides,
@@ -19,8 +19,7 @@ from softsim.cli.options import (
 )
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
-    from softsim.reach.plan import Plan
-    from softsim.reach.running import Search
+    from softsim.apps.reach.running import Plan, Search
 
 
 def reach(
@@ -60,10 +59,9 @@ def reach(
 
         loaded = load_layout(layout, robot, overrides or [], REACH)
         # Taichi is imported from here on: an error before is told at once.
+        from softsim.apps.reach.report import draw_reach
+        from softsim.apps.reach.running import plan_for, searches, seek, write_answer
         from softsim.compute.machine import device_of_trials
-        from softsim.reach.plan import plan_for
-        from softsim.reach.running import searches, seek, write_answer
-        from softsim.report.reach import draw_reach
         from softsim.sweep.engine import pool_for
 
         plan = plan_for(loaded, robot, overrides or [])
@@ -116,7 +114,7 @@ def _tell_cost(plan: "Plan", asked: "list[Search]", device: str, console: Consol
 
 def _tell_answer(folder: Path, console: Console) -> None:
     """Print the pulling forces, the lengths of straight pipe and the reach."""
-    from softsim.report.reach import pull_rows, read_reach
+    from softsim.apps.reach.report import pull_rows, read_reach
 
     found = read_reach(folder)
     table = Table("pipe", "pulling force", "reach in this pipe alone", box=None)

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from softsim.cli.options import Device, DeviceName, Threads, explained
 from softsim.errors import CalibrationError
+from softsim.options import Device, DeviceName, Threads, explained
 
 
 def calibrate_section(
@@ -45,7 +45,7 @@ def calibrate_section(
     stiffness.
     """
     with explained() as console:
-        from softsim.calibration.specimen import (
+        from softsim.apps.calibration.experiments import (
             reference_specimen,
             refuse_other_pipe,
             section_specimen,
@@ -59,7 +59,7 @@ def calibrate_section(
         push = None if push_at is None else _quantity("--push-at", push_at, "Pa")
         folder = out or Path("runs") / f"{scene.stem}_calibration"
 
-        from softsim.cli.laboratory import Settings, calibrate  # imports Taichi
+        from softsim.apps.calibration.running import Settings, calibrate  # imports Taichi
 
         settings = Settings(pressure, time, push, spikes, folder, device.value, threads)
         calibrate(section, body, settings, console)

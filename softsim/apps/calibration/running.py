@@ -14,21 +14,26 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from softsim.calibration.curves import WallCurve, wall_curve
-from softsim.calibration.experiments import inflation, push
-from softsim.calibration.mapping import FORCE_SHARE, Mapping, matched
-from softsim.calibration.result import Calibration, Stiffnesses
-from softsim.calibration.specimen import Specimen, stiffness
-from softsim.cli.options import unheaded
-from softsim.errors import CalibrationError, StabilityError
-from softsim.output.folder import HISTORY, RunFolder
-from softsim.output.history import read_history
-from softsim.report.calibration import (
+from softsim.apps.calibration.experiments import Specimen, inflation, push, stiffness
+from softsim.apps.calibration.report import (
     calibration_rows,
     draw_calibration,
     sample_rows,
     scene_lines,
 )
+from softsim.apps.calibration.result import (
+    FORCE_SHARE,
+    Calibration,
+    PressureMapping,
+    Stiffnesses,
+    WallCurve,
+    matched,
+    wall_curve,
+)
+from softsim.errors import CalibrationError, StabilityError
+from softsim.options import unheaded
+from softsim.output.folder import HISTORY, RunFolder
+from softsim.output.history import read_history
 from softsim.report.figures import draw_all, duration
 from softsim.run import run
 from softsim.scene.loading import LoadedScene
@@ -197,7 +202,7 @@ class Laboratory:
         return results.history
 
 
-def _push_pressures(m: Mapping, wanted: float | None) -> tuple[float, float]:
+def _push_pressures(m: PressureMapping, wanted: float | None) -> tuple[float, float]:
     """Return the pressures [Pa] for pushing the frames of the reference and of the section."""
     pressure = m.pressure
     at = 0.5 * (pressure[0] + pressure[-1]) if wanted is None else wanted

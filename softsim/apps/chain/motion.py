@@ -9,11 +9,9 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid, solve_ivp
 
 from softsim.analysis.travel import curvature, running_mean
-from softsim.chain.chain import Chain
-from softsim.chain.ground import touching
-from softsim.chain.lattice import dot, size
+from softsim.apps.chain.mechanics import Chain, dot, size, touching
+from softsim.apps.chain.scene import ChainTimeSpec
 from softsim.errors import StabilityError
-from softsim.scene.chain import ChainTimeSpec
 
 # -------------------------------------------------------------------------------------------------
 # Time integration of y' = rates(t, y).

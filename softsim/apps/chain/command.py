@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from softsim.cli.options import Overrides, explained, unheaded
+from softsim.options import Overrides, explained, unheaded
 
 
 def chain(
@@ -33,9 +33,9 @@ def chain(
     A run takes seconds; a finite-element run of the same robot takes minutes.
     """
     with explained() as console:
-        from softsim.chain.loading import load_chain
-        from softsim.chain.running import run_chain
-        from softsim.report.chain import chain_rows, draw_chain
+        from softsim.apps.chain.report import chain_rows, draw_chain
+        from softsim.apps.chain.running import run_chain
+        from softsim.apps.chain.scene import load_chain
 
         given = {
             "--frequency": (("motor", "frequency"), frequency),
