@@ -9,14 +9,13 @@ from layout_runs import ITEMS, write_layout_run
 from matplotlib.image import imread
 
 from softsim.analysis.passage import path_samples
-from softsim.apps.reach.report import stripes_of
 from softsim.contact.pipe_layout import Bend, Straight, path_of_items
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.errors import OutputError
 from softsim.output.fields import read_frames
 from softsim.output.folder import HISTORY, RESULTS, read_summary
 from softsim.output.history import read_history
-from softsim.report.along_pipe import Pipe, draw_layout, pipes_described, places, robots
+from softsim.report.along_pipe import Pipe, draw_layout, pipes_described, places, robots, stripes_of
 from softsim.report.diagram import Stripe
 from softsim.report.figures import draw_all
 from softsim.report.png import draw_stripes

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from softsim.apps.reach.distance import (
-    Bracket,
     Distance,
     TetherProperties,
     Way,
@@ -16,7 +15,7 @@ from softsim.apps.reach.distance import (
     straight_distance,
     ways,
 )
-from softsim.apps.reach.trials import Heading, TrialPipe
+from softsim.apps.reach.trials import Bracket, Heading, TrialPipe
 from softsim.contact import pipe_layout
 from softsim.contact.pipe_layout import Bend, Straight, Taper
 

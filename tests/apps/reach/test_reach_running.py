@@ -17,7 +17,7 @@ from softsim.scene.loading import load_scene
 from softsim.sweep.engine import local_pool
 from validation.thesis import EFFECTIVE_RATE, LOWEST
 
-LAYOUT = Path(__file__).parents[2] / "scenes/reach/riser_36mm.yaml"
+LAYOUT = Path(__file__).parents[3] / "scenes/reach/riser_36mm.yaml"
 LEVEL, UPRIGHT = (TrialPipe(36e-3, heading) for heading in (Heading.level, Heading.upright))
 
 

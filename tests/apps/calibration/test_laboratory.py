@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from softsim.apps.calibration import running as experiments
 from softsim.apps.calibration.experiments import section_specimen
 from softsim.apps.calibration.running import FARTHEST, Laboratory, Settings
-from softsim.cli import laboratory as experiments
 from softsim.errors import StabilityError
 from softsim.output.history import History
 from softsim.scene.loading import load_scene
 
-SCENES = Path(__file__).parents[2] / "scenes"
+SCENES = Path(__file__).parents[3] / "scenes"
 COLUMNS = {
     "time": "s", "pressure": "Pa", "wall_force_normal": "N", "rows_in_contact": "1",
     "internal_energy": "J", "kinetic_energy": "J",

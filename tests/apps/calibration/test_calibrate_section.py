@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from softsim.cli import app
 
-SCENES = Path(__file__).parents[2] / "scenes"
+SCENES = Path(__file__).parents[3] / "scenes"
 SECTION, SOLID = SCENES / "pfr_36mm.yaml", SCENES / "pfr_36mm_3d.yaml"
 
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from softsim.apps.reach.distance import LEAST, MOST, Bracket, bracket, next_drag, trials_left
+from softsim.apps.reach.trials import LEAST, MOST, Bracket, bracket, next_drag, trials_left
 
 
 def sought(pull: float, ratio: float = 1.2) -> tuple[Bracket, int]:
