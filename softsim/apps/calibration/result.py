@@ -207,7 +207,7 @@ class Calibration:
 
     @property
     def spikes_per_strip(self) -> float:
-        """Spikes that a strip of the section stands for: n/4, see `softsim.calibration`."""
+        """Spikes that a strip of the section stands for: n/4, see `softsim.apps.calibration`."""
         return self.spikes / 4.0
 
     def samples(self, count: int = 9) -> dict[str, np.ndarray]:

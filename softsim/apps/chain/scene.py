@@ -1,4 +1,4 @@
-"""Chain's file: schema of its keys with meaning, unit and default; loading by path or name."""
+"""File of a chain: keys with meaning, unit and default; loading by path or name."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -198,7 +198,7 @@ def radii(way: Way) -> Sequence[tuple[float, float]]:
 #
 # Trials give the pulling force in a level pipe, against friction, and in an upright pipe, against
 # weight. Other pipes need both: the part R of the tension T is hanging weight that acts at rest too
-# (reach/tension.py), and the robot lifts its own weight by the sine of the inclination. The pulling
+# (above), and the robot lifts its own weight by the sine of the inclination. The pulling
 # force is
 #
 #     P = P_level + h (P_upright - P_level),   h = max(R / T, sin(beta), 0)
