@@ -13,8 +13,8 @@ from pages import BLOCK, PAGES, ROOT, blocks, first_scene, inline_fragments, nam
 from typer.main import get_command
 
 from softsim import __version__
+from softsim.apps.chain.scene import load_chain
 from softsim.builder import build_model
-from softsim.chain.loading import load_chain
 from softsim.cli import app
 from softsim.cli.examples import examples_folder
 from softsim.scene.loading import load_layout, load_scene

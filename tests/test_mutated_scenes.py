@@ -12,11 +12,10 @@ from typing import Any
 import pytest
 import yaml
 
+from softsim.apps.chain.running import build_chain
+from softsim.apps.chain.scene import ChainScene, load_chain
 from softsim.builder import build_model
-from softsim.chain.building import build_chain
-from softsim.chain.loading import load_chain
 from softsim.errors import SoftsimError
-from softsim.scene.chain import ChainScene
 from softsim.scene.loading import Loaded, load_layout, load_scene
 from softsim.scene.steps import load_steps
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from softsim.apps.chain.running import ChainSource, build_chain
 from softsim.builder import build_model
-from softsim.chain.building import build_chain
-from softsim.study.cases import ChainSource, case_key, load_source, resolved
+from softsim.study.cases import case_key, load_source, resolved
 from softsim.study.factors import Interval
 from softsim.study.loading import load_study
 

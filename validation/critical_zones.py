@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from softsim.report.reach import ENDS
+from softsim.report.along_pipe import ENDS
 from softsim.report.style import BLUE, GREEN, QUIET, SKY, drawing
 from validation.cases import SCENES, Case, LayoutCase, Outcome, Outcomes
 from validation.command import command

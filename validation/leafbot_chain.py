@@ -12,8 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+from softsim.apps.chain.running import ChainSource
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, QUIET, drawing
-from softsim.study.cases import ChainSource, Source
+from softsim.study.cases import Source
 from validation.cases import SCENES, Case, Outcome, Outcomes
 from validation.command import command
 from validation.digitised import Points

@@ -6,7 +6,7 @@ weighs as much, and divided by the friction coefficient for level pipes. Back fr
 6.5 and 3.5 m upwards, pulls in the proportion of 1 : 1 : 0.54.
 
 Here the section of the shipped scenes is given a weight upright, or a friction that drags level,
-as `softsim reach` does (softsim/reach/trials.py): with the robot's own controlled pressure within
+as `softsim reach` does (apps/reach/trials.py): with the robot's own controlled pressure within
 Table 6.2, for with a fixed one the section loses a vertical pipe's wall before P_M3^S, whatever it
 carries. It gets on if a cycle brings it more than the recoil of its spikes. The pull lies between
 two drags that were tried; where the way of a cycle passes the recoil between them is its estimate.
@@ -23,8 +23,8 @@ from pathlib import Path
 import numpy as np
 
 from softsim.analysis.measures import LEAST_PROGRESS
+from softsim.apps.reach.trials import progress
 from softsim.errors import StabilityError
-from softsim.reach.trials import progress
 from softsim.report.style import QUIET, drawing
 from validation.cases import THINNED, Case, Outcome, Outcomes
 from validation.command import command

@@ -1,18 +1,19 @@
-"""Command-line interface: the commands of `softsim` in the order of `softsim --help`."""
+"""Command-line interface: the commands of `softsim` in the order of `softsim --help`.
+
+Applications add theirs through `COMMANDS` of softsim/applications.py.
+"""
 
 from typing import Annotated
 
 import typer
 
+from softsim.applications import COMMANDS, entry
 from softsim.cli.about import devices, print_version, schema
-from softsim.cli.chain import chain
 from softsim.cli.examples import examples, new
 from softsim.cli.materials import fit_material, materials, spectrum
 from softsim.cli.meshing import mesh
-from softsim.cli.reach import reach
 from softsim.cli.reporting import render, report
 from softsim.cli.runs import assess, check, compile, run
-from softsim.cli.section import calibrate_section
 from softsim.cli.studies import optimize, sweep
 from softsim.cli.vibrations import modes, response
 from softsim.interruption import become_command
@@ -31,8 +32,8 @@ def softsim(
 
 
 for command in (
-    examples, new, mesh, run, compile, check, modes, response, assess, reach, sweep, optimize,
-    report, render, materials, fit_material, spectrum, calibrate_section, chain, schema, devices,
+    examples, new, mesh, run, compile, check, modes, response, assess, sweep, optimize,
+    report, render, materials, fit_material, spectrum, schema, devices, *map(entry, COMMANDS),
 ):  # fmt: skip
     app.command()(command)
 

@@ -1,7 +1,6 @@
 """Commands that print the version, the schema of input files, and the available devices."""
 
 import json
-from enum import Enum
 from typing import Annotated
 
 import typer
@@ -9,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from softsim import __version__
-from softsim.cli.options import explained
+from softsim.applications import STUDY_MODELS
 from softsim.compute.machine import (
     CORNERS_FOR_GPU,
     CORNERS_FOR_THREADS,
@@ -20,14 +19,10 @@ from softsim.compute.machine import (
     processor,
 )
 from softsim.errors import DeviceError
+from softsim.options import explained
 
-
-class FileKind(str, Enum):
-    """Kind of an input file."""
-
-    scene = "scene"
-    study = "study"
-    chain = "chain"
+KINDS = ("scene", "study", *STUDY_MODELS)
+"""Kinds of input files: those of the engine, and those of applications."""
 
 
 def print_version(asked: bool) -> None:
@@ -39,20 +34,24 @@ def print_version(asked: bool) -> None:
 
 def schema(
     of: Annotated[
-        FileKind, typer.Argument(help="Kind of file that the schema describes.")
-    ] = FileKind.scene,
+        str,
+        typer.Argument(metavar="|".join(KINDS), help="Kind of file that the schema describes."),
+    ] = "scene",
 ) -> None:
     """Print the JSON schema of scene, study or chain files, which editors use to check keys."""
-    from softsim.scene.chain import chain_json_schema
+    from softsim.scene.quantities import json_schema
     from softsim.scene.schema import scene_json_schema
+    from softsim.study.cases import source_class
     from softsim.study.schema import study_json_schema
 
-    schemas = {
-        FileKind.scene: scene_json_schema,
-        FileKind.study: study_json_schema,
-        FileKind.chain: chain_json_schema,
-    }
-    found = schemas[of]()
+    if of not in KINDS:
+        raise typer.BadParameter(f"{of!r} is not one of {', '.join(KINDS)}", param_hint="of")
+    if of == "scene":
+        found = scene_json_schema()
+    elif of == "study":
+        found = study_json_schema()
+    else:
+        found = json_schema(source_class(of).root)
     print(json.dumps(found, indent=2))
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from softsim.cli.options import explained
 from softsim.errors import Location, OutputError, SceneError
+from softsim.options import explained
 
 if TYPE_CHECKING:
     from pydantic import BaseModel

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from softsim.cli.options import Overrides, explained, unheaded
 from softsim.errors import MaterialError
+from softsim.options import Overrides, explained, unheaded
 
 if TYPE_CHECKING:
     from softsim.report.curves import DrawnSpectrum

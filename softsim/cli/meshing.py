@@ -9,8 +9,8 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from softsim.cli.options import explained, rows_of_sets, unheaded
 from softsim.errors import MeshError, Option, SceneError
+from softsim.options import explained, rows_of_sets, unheaded
 
 if TYPE_CHECKING:
     from softsim.mesh.cad import Chamber

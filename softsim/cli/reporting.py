@@ -9,9 +9,10 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from softsim.cli.options import explained
+from softsim.applications import DRAWINGS, entry
 from softsim.errors import Interrupted, OutputError, RunError
 from softsim.interruption import interrupted_by_signals
+from softsim.options import explained
 
 
 def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a study.")]) -> None:
@@ -21,14 +22,11 @@ def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a stu
     """
     with explained() as console, drawing_can_stop(folder):
         from softsim.output.folder import is_study
-        from softsim.report.reach import ANSWER, draw_reach
 
         if is_study(folder):
             report_study(folder, console)
-        elif is_chain(folder):
-            report_chain(folder, console)
-        elif (folder / ANSWER).is_file():
-            console.print(f"figure  {draw_reach(folder)}", highlight=False)
+        elif figure := redrawn(folder):
+            console.print(f"figure  {figure}", highlight=False)
         elif runs := [of_run for of_run in run_folders(folder) if has_run(of_run)]:
             for of_run in runs:
                 report_run(of_run, console)
@@ -166,19 +164,10 @@ def has_run(folder: Path) -> bool:
     return (folder / "history.csv").is_file()
 
 
-def is_chain(folder: Path) -> bool:
-    """Return True if `folder` has results of `softsim chain`."""
-    from softsim.chain.running import MODEL
-    from softsim.output.folder import read_summary
-
-    return read_summary(folder).get("model") == MODEL
-
-
-def report_chain(folder: Path, console: Console) -> None:
-    """Draw the figure of a chain's folder."""
-    from softsim.report.chain import draw_chain
-
-    console.print(f"figure  {draw_chain(folder)}", highlight=False)
+def redrawn(folder: Path) -> Path | None:
+    """Redraw the figure of an application and return it; None if the folder is not one of those."""
+    figures = (entry(drawing)(folder) for drawing in DRAWINGS)
+    return next((figure for figure in figures if figure is not None), None)
 
 
 def report_run(folder: Path, console: Console) -> None:

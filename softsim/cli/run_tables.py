@@ -11,11 +11,11 @@ import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
-from softsim.cli.options import rows_of_sets, unheaded
 from softsim.compute.machine import Choice
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.model import Body, Model
+from softsim.options import rows_of_sets, unheaded
 from softsim.output.acting import acting, not_read
 from softsim.report.figures import bookkeeping, duration, findings, segments
 from softsim.run.equilibrium import MotorResponse

@@ -10,16 +10,6 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
-from softsim.cli.options import (
-    Device,
-    DeviceName,
-    Overrides,
-    Precision,
-    ScenePath,
-    Threads,
-    Workers,
-    explained,
-)
 from softsim.cli.reporting import (
     drawing_can_stop,
     ended_by,
@@ -29,6 +19,16 @@ from softsim.cli.reporting import (
     run_folders,
 )
 from softsim.errors import ExpectationError, Option, SceneError, StabilityError
+from softsim.options import (
+    Device,
+    DeviceName,
+    Overrides,
+    Precision,
+    ScenePath,
+    Threads,
+    Workers,
+    explained,
+)
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.live import LiveView
@@ -382,9 +382,9 @@ def _assess_repeatedly(
     """
     from softsim.analysis.passage import assumptions
     from softsim.builder import build_model
-    from softsim.cli.options import unheaded
     from softsim.cli.reporting import report_study
     from softsim.cli.study_tables import print_results
+    from softsim.options import unheaded
     from softsim.report.study.findings import VERDICT, Findings
     from softsim.report.study.plots import pass_rate_in_words
     from softsim.study.loading import describe

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from softsim.cli.options import (
+from softsim.cli.reporting import report_study
+from softsim.options import (
     Device,
     DeviceName,
     Scheduler,
@@ -14,7 +15,6 @@ from softsim.cli.options import (
     Workers,
     explained,
 )
-from softsim.cli.reporting import report_study
 
 
 def sweep(

@@ -10,9 +10,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from softsim.cli.options import unheaded
 from softsim.compute.machine import chosen_device
 from softsim.errors import ClusterError, OutputError, SoftsimError
+from softsim.options import unheaded
 from softsim.output.folder import TABLE_TEXT
 from softsim.report.study.boundary import boundaries_in_words
 from softsim.report.study.findings import Findings, best_in_words

@@ -10,8 +10,8 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from softsim.cli.options import Device, DeviceName, Overrides, ScenePath, Threads, explained
 from softsim.errors import ModesError, Option, SceneError, StabilityError
+from softsim.options import Device, DeviceName, Overrides, ScenePath, Threads, explained
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.compute.machine import Choice

@@ -1,8 +1,9 @@
-"""Picture of a robot at several moments along its pipe, in the plane of the pipe."""
+"""Robot in its pipe: picture at several moments in the plane of the pipe, and path over time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,10 +23,26 @@ from softsim.report.body import (
     draw_solid,
     outlines_at,
 )
-from softsim.report.diagram import MILLI, places_at
+from softsim.report.curves import pressurised, time_label
+from softsim.report.diagram import (
+    FLAT,
+    MILLI,
+    POINTS,
+    Diagram,
+    Panel,
+    PlotAxis,
+    PlotSeries,
+    Scale,
+    Stripe,
+    places_at,
+)
 from softsim.report.png import PANEL_HEIGHT, draw_panels
-from softsim.report.reach import ENDS, Report, way
-from softsim.report.style import GREEN, INK, PAGE_WIDTH, QUIET, SKY, drawing
+from softsim.report.style import BLUE, GREEN, INK, ORANGE, PAGE_WIDTH, QUIET, RED, SKY, drawing
+
+Report = Mapping[str, Any]
+
+ENDS = {"passed": GREEN, "stuck": RED, "unfinished": ORANGE}
+"""Colour of the robot at the end, by verdict."""
 
 WALL_DEPTH = 3.0
 """Thickness of the hatched wall [mm]."""
@@ -391,3 +408,63 @@ def places(start: float, farthest: float, wanted: list[float], apart: float) -> 
 def nearest(frames: Frames, time: float) -> int:
     """Return the index of the stored frame nearest to a time [s]."""
     return int(np.argmin(np.abs(frames.times - time)))
+
+
+# -------------------------------------------------------------------------------------------------
+# Path of a robot along its pipe over time, with the segments of the layout.
+
+ROOM = 0.05
+"""Margin above and below the range of arc lengths, as a fraction of it."""
+
+
+def way(history: History, report: Report) -> Diagram:
+    """Return the diagram of arc length over time up to the goal, with the visible segments.
+
+    Below are the air pressure, if any, and the rows in contact. report: `layout` of the
+    summary.
+    """
+    time, s = history["time"], history["arc_length"] * MILLI
+    goal, end = report["goal"] * MILLI, ENDS[report["verdict"]]
+    series = [
+        PlotSeries("centre", time, s, BLUE),
+        PlotSeries("goal", time, np.full_like(s, goal), GREEN, "--"),
+        PlotSeries(report["verdict"], time[-1:], s[-1:], end, POINTS),
+    ]
+    low, high = min(float(s.min()), report["start"] * MILLI), max(goal, float(s.max()))
+    room = ROOM * (high - low)
+    stripes = tuple(stripes_of(way_taken(report), low - room, high + room))
+    panels = [Panel(PlotAxis(Scale("centre along the pipe [mm]"), series), stripes=stripes)]
+    if pressurised(history):
+        air = PlotSeries("air", time, history["pressure"] / 1e3, ORANGE)
+        panels.append(Panel(PlotAxis(Scale("pressure [kPa]", from_zero=True), [air]), height=FLAT))
+    rows = PlotSeries("rows", time, history["rows_in_contact"], BLUE)
+    touching = PlotAxis(Scale("rows in contact", whole=True, from_zero=True), [rows])
+    panels.append(Panel(touching, height=FLAT))
+    return Diagram("Path through the layout", Scale(time_label(history)), panels, over_time=True)
+
+
+def way_taken(report: Report) -> list[Report]:
+    """Return the segments of the farthest branch, and those that the robot passed before it."""
+    farthest = report["where"]["branch"]
+    own = [one for one in report["segments"] if one["branch"] == farthest]
+    before = [
+        one
+        for one in report["segments"]
+        if one["branch"] != farthest
+        and one["entered"] is not None
+        and one["start"] < own[0]["start"]
+    ]
+    return [*before, *own]
+
+
+def stripes_of(segments: Sequence[Report], low: float, high: float) -> Iterator[Stripe]:
+    """Yield a labelled stripe for each segment between two arc lengths [mm].
+
+    Every other stripe is shaded. The last one continues beyond the end of its segment.
+    """
+    tops = [*(segment["start"] * MILLI for segment in segments[1:]), high]
+    for number, (segment, top) in enumerate(zip(segments, tops, strict=True)):
+        bottom, top = max(segment["start"] * MILLI, low), min(top, high)
+        if bottom < top:
+            said = f"{segment['segment']}  {segment['what']}"
+            yield Stripe(bottom, top, said, shaded=number % 2 == 0)

@@ -209,11 +209,11 @@ Kind = TypeVar("Kind", bound=BaseModel)
 
 @dataclass(frozen=True)
 class Loaded(Generic[Kind]):
-    """Valid scene (or chain) with its source.
+    """Valid scene, or file of an application, with its source.
 
     Attributes
     ----------
-    scene : Scene or ChainScene
+    scene : Scene, or the class of an application's file
         The validated content, quantities as SI floats.
     path : Path
         Path of the file.

@@ -5,7 +5,7 @@ stored, and a status.
 """
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -15,8 +15,8 @@ from pydantic import BaseModel
 
 import softsim
 from softsim import __version__
+from softsim.applications import STUDY_MODELS, entry
 from softsim.errors import Option, SceneError
-from softsim.scene.chain import ChainScene, produced_by_chain
 from softsim.scene.loading import (
     Loaded,
     flow_text,
@@ -31,6 +31,9 @@ from softsim.scene.text import Origin, Tree
 
 Value = float | str
 
+Program = Callable[[Loaded[Any], Path], object]
+"""Function that runs a scene and writes its results into a folder. Raises SoftsimError."""
+
 DONE, FAILED, PRUNED, LOST, WAITING = "done", "failed", "pruned", "lost", "waiting"
 """Status of a case: its run ended; a guard stopped it, or its scene is invalid; the optimiser
 stopped it; its process died at each attempt; it was not run yet."""
@@ -40,7 +43,8 @@ stopped it; its process died at each attempt; it was not run yet."""
 class Source:
     """Scene file, with the standard robot that is added to it if it is a bare layout.
 
-    root: the class of the whole file.
+    The finite element engine runs it. An application derives a class for files of its own, and
+    lists it in `STUDY_MODELS`. root: the class of the whole file.
     """
 
     scene: Path
@@ -53,6 +57,15 @@ class Source:
         if self.robot is None:
             return read_scene(self.scene)
         return layout_tree(self.scene, self.robot)
+
+    @staticmethod
+    def refuse_unsupported(study: Tree) -> None:
+        """Raise SceneError at options of a study that its model does not support."""
+
+    @property
+    def program(self) -> Program | None:
+        """Function that runs its scene; None: the finite element engine runs it."""
+        return None
 
     @staticmethod
     def produced(scene: Any) -> dict[str, Measure]:
@@ -72,30 +85,10 @@ class Source:
         return ("softsim", "assess", str(self.scene), "--robot", self.robot)
 
 
-@dataclass(frozen=True)
-class ChainSource(Source):
-    """File of a chain."""
-
-    root = ChainScene
-
-    @staticmethod
-    def produced(scene: Any) -> dict[str, Measure]:
-        """Return the measures of a run of a chain, by name."""
-        return produced_by_chain(scene)
-
-    @staticmethod
-    def recorded(scene: Any) -> dict[str, Measure]:
-        """Return the columns of a history that can be evaluated: none of a chain's."""
-        return {}
-
-    @property
-    def command(self) -> tuple[str, ...]:
-        """Command line that runs it."""
-        return ("softsim", "chain", str(self.scene))
-
-
-SOURCES: dict[str, type[Source]] = {"finite_elements": Source, "chain": ChainSource}
-"""Value of a study's `model` -> class of its source."""
+def source_class(model: str) -> type[Source]:
+    """Return the class of the sources of a study with this `model`."""
+    found: type[Source] = entry(STUDY_MODELS[model]) if model in STUDY_MODELS else Source
+    return found
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,6 @@ from softsim.scene.text import (
     plain,
 )
 from softsim.study.cases import (
-    SOURCES,
     Setting,
     Source,
     Value,
@@ -44,6 +43,7 @@ from softsim.study.cases import (
     refuse_overwriting,
     scene_with,
     setting,
+    source_class,
     with_options,
     with_settings,
 )
@@ -304,8 +304,8 @@ def composed(study: StudySpec, tree: Tree, folder: Path, overrides: Sequence[str
     SceneError: a scene, a robot, a key or values are missing.
     """
     refuse_unknown_robot(tree)
-    if study.model == "chain":
-        refuse_what_chains_lack(tree)
+    kind = source_class(study.model)
+    kind.refuse_unsupported(tree)
     refuse_other_than_one_scene(study, tree)
     if isinstance(study.design, ListDesign):
         refuse_incomplete_rows(tree, list(study.factors))
@@ -319,7 +319,7 @@ def composed(study: StudySpec, tree: Tree, folder: Path, overrides: Sequence[str
     }
     named = child(tree, "scene")
     scene = scene_file(named, folder) if named is not None else None
-    alone = Composition(SOURCES[study.model], scene, study.robot, shared, tuple(scenes.values()))
+    alone = Composition(kind, scene, study.robot, shared, tuple(scenes.values()))
     source = alone.source({name: factor.tried[0] for name, factor in scenes.items()})
     base = with_settings(source.root, known_tree(source), shared)
     factors: list[Factor] = []
@@ -341,17 +341,6 @@ def refuse_unknown_robot(tree: Tree) -> None:
     if robot is not None and robot.value is not None and robot.text not in robot_names():
         hint = did_you_mean(robot.text, robot_names())
         raise SceneError(f"there is no robot {robot.text!r}", hint, robot.origin)
-
-
-def refuse_what_chains_lack(tree: Tree) -> None:
-    """Raise SceneError at options that chains do not support: a robot, early stopping of trials."""
-    robot, objective = child(tree, "robot"), child(tree, "optimize")
-    if robot is not None and robot.value is not None:
-        raise SceneError("a chain already is a robot", "leave robot out", robot.key_origin)
-    prune = None if objective is None else child(objective, "prune")
-    if prune is not None and prune.value is not None:
-        hint = "leave prune out: a chain takes seconds"
-        raise SceneError("the trials of a chain cannot be stopped early", hint, prune.key_origin)
 
 
 def refuse_other_than_one_scene(study: StudySpec, tree: Tree) -> None:

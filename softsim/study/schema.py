@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, Tag, WithJsonSchema, model_validator
 
+from softsim.applications import STUDY_MODELS
 from softsim.scene.quantities import (
     Name,
     Number,
@@ -25,6 +26,21 @@ def _number_or_text(value: Any) -> Any:
     return value
 
 
+MODELS = ("finite_elements", *STUDY_MODELS)
+"""Values of `model`: the engine and the applications whose files a study can run."""
+
+
+def _one_of_models(model: str) -> str:
+    if model not in MODELS:
+        raise ValueError(f"{model!r} is not one of: {', '.join(MODELS)}")
+    return model
+
+
+StudyModel = Annotated[
+    Text,
+    AfterValidator(_one_of_models),
+    WithJsonSchema({"enum": list(MODELS), "type": "string"}),
+]
 Scalar = Annotated[
     Any, AfterValidator(_number_or_text), WithJsonSchema({"type": ["number", "string"]})
 ]
@@ -303,10 +319,10 @@ class StudySpec(Spec):
         default=None,
         description="Standard robot that is added to the scene, which is then a layout.",
     )
-    model: Literal["finite_elements", "chain"] = Field(
+    model: StudyModel = Field(
         default="finite_elements",
-        description="finite_elements: the scene files are scenes. chain: they are files for "
-        "`softsim chain`.",
+        description="finite_elements: the scene files are scenes. "
+        + " ".join(f"{name}: they are files for `softsim {name}`." for name in STUDY_MODELS),
     )
     set: dict[Text, Any] = Field(
         default={}, description="Keys set in all cases: {PATH: VALUE}, as in --set."

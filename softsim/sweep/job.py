@@ -61,8 +61,6 @@ from softsim.study.cases import (
     PRUNED,
     WAITING,
     Case,
-    ChainSource,
-    Source,
     case_key,
     key_of,
     load_source,
@@ -297,7 +295,11 @@ def simulate(jobs: Sequence[Job]) -> list[Exception | None]:
 def _fault(job: Job) -> Exception | None:
     """Run a job; return its error instead of raising it, so that the study continues."""
     try:
-        RUNS[type(job.case.source)](job)
+        program = job.case.source.program
+        if program is None:
+            _run_elements(job)
+        else:
+            program(scene_of(job), job.folder)
     except Exception as error:
         return error
     return None
@@ -325,18 +327,6 @@ def _solver_maker() -> "ReusedSolver":
     from softsim.run.batch import ReusedSolver
 
     return ReusedSolver()
-
-
-def _run_chain(job: Job) -> None:
-    from softsim.chain.running import run_chain
-
-    run_chain(scene_of(job), job.folder)
-
-
-RUNS: dict[type[Source], Callable[[Job], None]] = {
-    Source: _run_elements, ChainSource: _run_chain,
-}  # fmt: skip
-"""Class of the source of a case -> function that runs it."""
 
 
 def _faults_together(jobs: Sequence[Job]) -> dict[str, Exception | None]:
@@ -381,7 +371,7 @@ def scene_of(job: Job) -> Loaded[Any]:
 
 def _can_be_joined(job: Job) -> bool:
     """Return True if a job can run in a batch: finite elements from the start."""
-    return type(job.case.source) is Source and not _goes_on(job)
+    return job.case.source.program is None and not _goes_on(job)
 
 
 def _goes_on(job: Job) -> bool:

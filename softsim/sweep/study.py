@@ -5,7 +5,7 @@ In Python they are started from `softsim.Study`.
 
 import sys
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,7 +23,7 @@ from softsim.output.folder import CASES, RunFolder, StudyRecord
 from softsim.report.figures import duration
 from softsim.scene.text import nearest
 from softsim.study.axes import Goal
-from softsim.study.cases import DONE, LOST, PRUNED, Case, ChainSource, Source, case_key, resolved
+from softsim.study.cases import DONE, LOST, PRUNED, Case, Program, case_key, resolved
 from softsim.study.loading import LoadedStudy, count_text, load_study, study_from
 from softsim.study.schema import Objective
 from softsim.sweep.engine import WorkerPool, completed, pool_for
@@ -73,7 +73,7 @@ def refusals(jobs: Sequence[Job], device: str, longest: float = LONGEST) -> Iter
             break
         checked += 1
         try:
-            CHECKS[type(job.case.source)](job, device)
+            _check(job, device)
         except SoftsimError as error:
             refused += 1
             if refused <= MOST_REPORTED:
@@ -87,20 +87,13 @@ def refusals(jobs: Sequence[Job], device: str, longest: float = LONGEST) -> Iter
         )
 
 
-def _check_elements(job: Job, device: str) -> None:
-    from softsim.run.scenes import ready_model  # Taichi is imported from here on
+def _check(job: Job, device: str) -> None:
+    """Raise SoftsimError if a case cannot run; of an application's model the scene is checked."""
+    loaded = resolved(job.case)
+    if job.case.source.program is None:
+        from softsim.run.scenes import ready_model  # Taichi is imported from here on
 
-    ready_model(resolved(job.case), choose(chosen_device(device), "1"))
-
-
-def _check_chain(job: Job, device: str) -> None:
-    resolved(job.case)
-
-
-CHECKS: dict[type[Source], Callable[[Job, str], None]] = {
-    Source: _check_elements, ChainSource: _check_chain,
-}  # fmt: skip
-"""Function that checks a case."""
+        ready_model(loaded, choose(chosen_device(device), "1"))
 
 
 def sweep(
@@ -576,23 +569,16 @@ def cost_in_pilot(job: Job, device: str) -> Cost:
     return Cost(built_in + found.prepared + found.loop, basis, True)
 
 
-def cost_of_chain(job: Job, device: str) -> Cost:
-    """Return the cost of a case of a chain, which is run; SoftsimError where it cannot run."""
-    from softsim.chain.running import run_chain
-
+def cost_by_running(job: Job, program: Program) -> Cost:
+    """Return the cost of a case, which a program runs; SoftsimError where it cannot run."""
     with TemporaryDirectory() as folder:
         began = time.perf_counter()
-        run_chain(resolved(job.case), Path(folder))
+        program(resolved(job.case), Path(folder))
         seconds = time.perf_counter() - began
     return Cost(seconds, f"measured by running case {job.case.number}", False)
 
 
-COSTS: dict[type[Source], Callable[[Job, str], Cost]] = {
-    Source: cost_in_pilot, ChainSource: cost_of_chain,
-}  # fmt: skip
-"""Class of the source of a case -> function that estimates its cost."""
-
-
 def estimated_cost(job: Job, device: str) -> Cost:
     """Return the estimated cost of a case; SoftsimError where it cannot run."""
-    return COSTS[type(job.case.source)](job, device)
+    program = job.case.source.program
+    return cost_in_pilot(job, device) if program is None else cost_by_running(job, program)

@@ -15,11 +15,10 @@ from softsim.errors import OutputError
 from softsim.output.fields import read_frames
 from softsim.output.folder import HISTORY, RESULTS, read_summary
 from softsim.output.history import read_history
-from softsim.report.along_pipe import Pipe, draw_layout, pipes_described, places, robots
+from softsim.report.along_pipe import Pipe, draw_layout, pipes_described, places, robots, stripes_of
 from softsim.report.diagram import Stripe
 from softsim.report.figures import draw_all
 from softsim.report.png import draw_stripes
-from softsim.report.reach import stripes_of
 from softsim.report.style import drawing
 from softsim.robots.block import block, box
 

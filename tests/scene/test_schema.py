@@ -2,10 +2,10 @@ import pytest
 import yaml
 from pydantic import ValidationError
 
+from softsim.apps.chain.scene import ChainScene
 from softsim.scene import bodies, meshes, outputs, profiles, schema, walls
-from softsim.scene.chain import chain_json_schema
 from softsim.scene.materials import MooneyRivlinMaterial, OgdenMaterial, YeohMaterial
-from softsim.scene.quantities import NotNegativePressure
+from softsim.scene.quantities import NotNegativePressure, json_schema
 from softsim.scene.schema import Scene, scene_json_schema
 from softsim.study.schema import study_json_schema
 
@@ -38,7 +38,7 @@ def test_the_length_of_a_direction_does_not_matter():
 
 def test_every_key_and_class_has_a_description_and_a_short_name():
     """In the schemas as editors get them."""
-    for described in (scene_json_schema(), study_json_schema(), chain_json_schema()):
+    for described in (scene_json_schema(), study_json_schema(), json_schema(ChainScene)):
         models = {**described["$defs"], "": described}
         parts = models | {
             f"{name}.{key}": part

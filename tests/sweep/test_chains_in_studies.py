@@ -7,8 +7,8 @@ import pytest
 from trial_stand_ins import PoolHere
 
 import softsim
-from softsim.chain.loading import load_chain
-from softsim.chain.running import run_chain
+from softsim.apps.chain.running import run_chain
+from softsim.apps.chain.scene import load_chain
 from softsim.errors import SceneError
 
 CHAIN = Path(__file__).parents[2] / "scenes/chains/leafbot5_table.yaml"

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from softsim.chain.building import build_chain
-from softsim.chain.loading import load_chain
-from softsim.chain.motion import Motion, adaptive_steps, fixed_steps
+from softsim.apps.chain.motion import Motion, adaptive_steps, fixed_steps
+from softsim.apps.chain.running import build_chain
+from softsim.apps.chain.scene import load_chain
 
 pytestmark = pytest.mark.physics  # whole motions
 

@@ -19,6 +19,7 @@ from softsim.analysis.travel import FRAME, displacement, travel_axis, travelling
 from softsim.errors import OutputError
 from softsim.output.folder import SCENE, WRITTEN_ANEW, json_value, read_summary, replacing
 from softsim.report import style
+from softsim.report.along_pipe import way
 from softsim.report.curves import chamber_pressures, pressurised, signals
 from softsim.report.diagram import MILLI
 from softsim.report.figures import (
@@ -34,7 +35,6 @@ from softsim.report.figures import (
 )
 from softsim.report.page.charts import chart_of
 from softsim.report.page.robot import animation
-from softsim.report.reach import way
 
 # -------------------------------------------------------------------------------------------------
 # Sentences on how a run ended.
