@@ -1,4 +1,4 @@
-"""What softsim uses of Taichi beside its public interface: all of it is here.
+"""Taichi beside its public interface: everything that softsim uses of it.
 
 Only Taichi 1.7.4 is known to have these names and to behave as described. `internal` raises an
 error that says so where a name is missing; tests/compute/test_taichi_internals.py shows the

@@ -26,6 +26,7 @@ from softsim.study.axes import Goal
 from softsim.study.cases import DONE, LOST, PRUNED, Case, Program, case_key, resolved
 from softsim.study.loading import LoadedStudy, count_text, load_study, study_from
 from softsim.study.schema import Objective
+from softsim.sweep.descent import Descent, SearchEndedError
 from softsim.sweep.engine import WorkerPool, completed, pool_for
 from softsim.sweep.job import (
     NOTHING_LEFT,
@@ -40,7 +41,6 @@ from softsim.sweep.job import (
     simulate,
     told_size,
 )
-from softsim.sweep.trials import Descent, SearchEndedError
 
 # -------------------------------------------------------------------------------------------------
 # Cases that cannot run, found before anything runs: scenes are read and models are built.

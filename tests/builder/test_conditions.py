@@ -151,7 +151,7 @@ def test_nodes_on_the_axis_stay_on_it(build):
         (SECTION + "  a: {kind: initial_velocity, nodes: b.top}\n",
          "gives no motion: give velocity, angular_velocity", ""),
         (SECTION + START % ("top", "angular_velocity: 1 Hz"),
-         "an angular velocity is needed", "20 rad/s"),
+         'an angular velocity is needed, such as "20 rad/s"', "about z"),
         (RING.replace("axisymmetric", "solid"), "solid needs tetrahedra", "linear tetrahedra"),
         (BODY.replace("conditions:\n", "").replace("end: 1 s", "end: 1 s, procedure: static")
          + "rigid_bodies: {r: {mass: 1 g, inertia: 1 kg*mm^2}}\n"

@@ -19,7 +19,8 @@ from softsim.study.factors import Interval
 from softsim.study.loading import load_study
 from softsim.study.measures import MeasureColumn
 from softsim.study.schema import Prune
-from softsim.sweep.trials import RANGE, START, Descent, PruningCondition, Trials
+from softsim.sweep.descent import RANGE, Descent
+from softsim.sweep.trials import START, PruningCondition, Trials
 
 SPACE = {
     "rate": Interval(1.0, 100.0, logarithmic=True),
