@@ -16,7 +16,7 @@ PACKAGE = Path(softsim.__file__).parent
 
 
 def test_only_the_entry_points_name_applications():
-    """What import-linter cannot see: modules named in text."""
+    """Import-linter does not see modules that are named in text."""
     outside = (path for path in PACKAGE.rglob("*.py") if PACKAGE / "apps" not in path.parents)
     naming = [path.name for path in outside if "softsim.apps" in path.read_text(encoding="utf-8")]
     assert naming == ["applications.py"]

@@ -1,4 +1,4 @@
-"""What is used of Taichi beside its public interface: its names, and its behaviour."""
+"""Taichi beside its public interface: names that softsim needs exist and behave as it needs."""
 
 import os
 import time
@@ -34,7 +34,7 @@ def test_an_error_in_a_kernel_shows_its_source_line(fresh_taichi):
     @ti.kernel
     def wrong():
         for _ in range(2):
-            print(name_that_is_nowhere)  # noqa: F821
+            print(name_that_is_nowhere)  # noqa: F821 (its error is tested)
 
     with pytest.raises(ti.TaichiNameError) as caught:
         wrong()

@@ -164,7 +164,7 @@ DEFAULT = patch()
 
 
 def spike_volume():
-    """Of one spike of the fine plane section, 2 mm wide."""
+    """Return the volume [m^3] of one spike of the fine plane section, 2 mm wide."""
     fine = pfr_section(element_size=0.1e-3)
     return signed_volumes(fine.points, fine.cells[fine.cell_sets["spikes"]]).sum() / 10 * 2e-3
 
