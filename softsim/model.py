@@ -6,6 +6,7 @@ pipe) run side by side in one solver.
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -410,7 +411,7 @@ class Model:
         """Loads by name, in order; those that were added to a built model have no name."""
         return dict(zip(self.load_names, self.loads, strict=False))
 
-    @property
+    @cached_property
     def pressures(self) -> tuple[FollowerPressure, ...]:
         """Pressures of chambers, in the order of the scene."""
         return self.of_kind(FollowerPressure)

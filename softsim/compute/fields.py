@@ -352,10 +352,18 @@ class Row:
         self.fields, self.places = fields, [_place(field).row(row) for field in fields]
         self.bytes = sum(math.prod(place.shape) * place.dtype.itemsize for place in self.places)
 
-    def fill(self, value: float) -> None:
-        """Set all numbers to one value."""
+    def fill(self, values: np.ndarray | float) -> None:
+        """Set the numbers of each field to an array, or to one that broadcasts to it.
+
+        Raises DeviceError if Taichi was restarted.
+        """
+        self._refuse_stale()
         for place in self.places:
-            place.write(value)
+            place.write(values)
+
+    def _refuse_stale(self) -> None:
+        if self.fields:
+            _place(self.fields[0])
 
     def arrays(self, count: int) -> list[np.ndarray]:
         """Return arrays (count, ...) for so many copies of the numbers of each field."""
@@ -366,8 +374,7 @@ class Row:
 
         Raises DeviceError if Taichi was restarted.
         """
-        if self.fields:
-            _place(self.fields[0])
+        self._refuse_stale()
         for place, array in zip(self.places, arrays, strict=True):
             place.read_into(array[number, ...])
 

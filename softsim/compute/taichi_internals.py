@@ -117,8 +117,9 @@ class Launch:
         context = self._kernel.make_launch_context()
         for k, argument in enumerate(arguments):
             if isinstance(argument, np.ndarray):
+                address, _ = argument.__array_interface__["data"]
                 context.set_arg_external_array_with_shape(
-                    (k,), argument.ctypes.data, argument.nbytes, argument.shape, 0
+                    (k,), address, argument.nbytes, argument.shape, 0
                 )
             else:
                 context.set_arg_int((k,), argument)

@@ -10,6 +10,7 @@ from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as ProgressBar
 
 PLAIN_EVERY = 10.0  # seconds of wall time between lines where there is no terminal
+SHOWN_EVERY = 0.1  # seconds of wall time between two states of a run
 LEAST_SHARES = 8  # unbalanced shares of which a trend can be told
 
 
@@ -98,7 +99,7 @@ class ProgressReport:
         self.console, self.end, self.start = console, end, start
         self.settling, self.goal = SettlingOutlook(tolerance), GoalOutlook()
         self.began = self.last_line = time.monotonic()
-        self.state = ""
+        self.state, self.shown_at = "", -np.inf
         self.progress: ProgressBar | None = None
         if console.is_terminal:
             self.progress = ProgressBar(
@@ -110,6 +111,11 @@ class ProgressReport:
             self.task = self.progress.add_task("run", total=end, state="")
             self.progress.update(self.task, completed=start)
             self.progress.start()
+
+    @property
+    def is_due(self) -> bool:
+        """True if the state shown is older than SHOWN_EVERY."""
+        return time.monotonic() - self.shown_at >= SHOWN_EVERY
 
     def update(
         self,
@@ -128,7 +134,8 @@ class ProgressReport:
         unbalanced: share of the forces that do not balance, NaN of a dynamic run.
         way_share: share of the way to the goal that is covered, None of a run without a goal.
         """
-        wall = time.monotonic() - self.began
+        self.shown_at = time.monotonic()
+        wall = self.shown_at - self.began
         speed = (now - self.start) / wall if wall > 0.0 else 0.0
         if now <= self.end:
             outlook = self._outlook(now, speed, way_share)

@@ -184,6 +184,7 @@ class Observer:
         self.areas = np.zeros(len(model.points))
         for body in model.bodies:
             self.areas[body.nodes] = body.surface_areas
+        self.refusals = [term.refuse for term in scenario.terms.everything]
         self.sampler = Sampler(scenario.number, self._sampled(), most)
         self.energies: list[Energies] = []
         self.energy_errors: list[float] = []
@@ -205,8 +206,8 @@ class Observer:
         interval: time since the contact impulses of the scenario were cleared [s].
         """
         scenario = self.scenario
-        for term in scenario.terms.everything:
-            term.refuse(scenario.number)
+        for refuse in self.refusals:
+            refuse(scenario.number)
         energies = self.reader.of_scenario(scenario.number)
         self.energy_error = self.balance.error(energies)
         self.sampler.take(scenario.time, scenario.load_time, interval)

@@ -232,14 +232,15 @@ class Batch:
             if asked:
                 self._interrupt(signal.Signals(asked[0]).name)
             self.do_blocks()
-            slowest = min(running, key=lambda run: run.scenario.time)
-            report.update(
-                slowest.scenario.time,
-                slowest.energy_error,
-                slowest.contact_count,
-                slowest.unbalanced_share,
-                slowest.way_share,
-            )
+            if report.is_due:
+                slowest = min(running, key=lambda run: run.scenario.time)
+                report.update(
+                    slowest.scenario.time,
+                    slowest.energy_error,
+                    slowest.contact_count,
+                    slowest.unbalanced_share,
+                    slowest.way_share,
+                )
             since = time.monotonic() - last_checkpoint
             if since >= min(run.output.checkpoint_interval for run in running):
                 self.checkpoint()

@@ -5,6 +5,7 @@ and model only, so a run takes the same course whatever is computed beside it an
 """
 
 import logging
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -191,6 +192,19 @@ INSPECTIONS, ROWS, FRAMES, CHECKPOINTS = "inspections", "rows", "frames", "check
 HOST_WORK = (INSPECTIONS, ROWS, FRAMES, CHECKPOINTS)
 
 
+class Stopwatch:
+    """Context that adds its wall time [s] to a part of those spent."""
+
+    def __init__(self, spent: dict[str, float], part: str) -> None:
+        self.spent, self.part = spent, part
+
+    def __enter__(self) -> None:
+        self.began = time.monotonic()
+
+    def __exit__(self, *error: object) -> None:
+        self.spent[self.part] += time.monotonic() - self.began
+
+
 class WallClock:
     """Wall time of runs that are computed together.
 
@@ -204,6 +218,7 @@ class WallClock:
         self.began = time.monotonic()
         self.first_increment_after = 0.0
         self.spent = dict.fromkeys((START, KERNEL, *HOST_WORK), 0.0)
+        self._stopwatches = {part: Stopwatch(self.spent, part) for part in self.spent}
 
     @property
     def age(self) -> float:
@@ -227,14 +242,9 @@ class WallClock:
         whole = self.age
         return self.spent | {"other": whole - sum(self.spent.values())}
 
-    @contextmanager
-    def spending_on(self, part: str) -> Iterator[None]:
-        """Add the wall time of the block to a part; blocks must not be nested."""
-        began = time.monotonic()
-        try:
-            yield
-        finally:
-            self.spent[part] += time.monotonic() - began
+    def spending_on(self, part: str) -> Stopwatch:
+        """Return a context that adds its wall time to a part; blocks must not be nested."""
+        return self._stopwatches[part]
 
 
 # A stable step that has changed by this share is told.
@@ -335,7 +345,7 @@ class Run:
         self.files.warn(step_warnings(self.model, stable))
         energies = self.reader.of_scenario(self.scenario.number)
         self.balance = EnergyBalance.starting(energies, self.model)
-        self.shape = ReferenceShape(self.model, x)
+        self.shape = ReferenceShape(self.estimator.stiffness, x)
         self._set_out(
             Progress(
                 StableStepSchedule(stable.value),
@@ -356,7 +366,7 @@ class Run:
             progress.time_increment,
         )  # fmt: skip
         self.balance = EnergyBalance(progress.initial_balance, progress.largest_energy)
-        self.shape = ReferenceShape(self.model, checkpoint.inspected)
+        self.shape = ReferenceShape(self.estimator.stiffness, checkpoint.inspected)
         self.files.warnings.update(progress.warnings)
         log.info("resumed at t = %.6g s, increment %d", progress.time, progress.increment_count)
         self._set_out(progress)
@@ -500,8 +510,8 @@ class Run:
         """Check the elements, and update the time step to their deformation."""
         scenario, model = self.scenario, self.model
         self._refuse_broken_elements()
-        self.shape = ReferenceShape(model, scenario.positions())
-        stable = self.estimator.at(self.shape.x)
+        self.shape = ReferenceShape(self.estimator.stiffness, scenario.positions())
+        stable = self.estimator.at(self.shape.x, self.progress.schedule.latest)
         count, length = scenario.increment_count, self._run_length()
         self.progress.schedule.plan_next(stable.value, count, length)
         self._tell_step(stable)
@@ -756,10 +766,10 @@ def increments_to(due: float, time: float, dt: float, end: float) -> int:
     """
     exact = (due - time) / dt
     if due < end * (1.0 - 1e-12):
-        return int(np.floor(exact + 1e-9))
-    return int(np.ceil(exact - 1e-9))
+        return math.floor(exact + 1e-9)
+    return math.ceil(exact - 1e-9)
 
 
 def _next_multiple(interval: float, time: float) -> float:
     """Return the first whole multiple of `interval` after `time` [s]."""
-    return (np.floor(time / interval * (1.0 + 1e-12)) + 1.0) * interval
+    return (math.floor(time / interval * (1.0 + 1e-12)) + 1.0) * interval

@@ -17,6 +17,7 @@ contact fades: 3 k (z / l)^2, a hundredth of k at the default penetration z.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -142,8 +143,63 @@ def spring_frequencies(model: Model, springs: list[RigidSpring]) -> dict[str, fl
 LARGEST_POINT = {2: 2.0 / 3.0, 3: 3.0 / 8.0}
 POINT_SEPARATION = {2: 1.0 / 2.0, 3: np.sqrt(2.0) / 3.0}
 
-# Within the increments between two inspections nothing moves by more of the model's size.
+# A wall is within reach of a node at this fraction of the model's size: half of it is left for the
+# motion until the next inspection.
 REACH = 0.1
+
+
+@dataclass(frozen=True)
+class ContactBound:
+    """Upper bounds of the contact stiffness in one configuration and at one step.
+
+    nodes (n,) [N/m]: of each node, with walls, outlines and other surfaces; drag at the ends of
+    cables is added. A tied node loads its rigid body instead. A node on an outline or on another
+    surface touches a wall at the same time only if a wall is within reach.
+    hits (n,) [N/m]: the largest of a node with walls, with outlines or with surfaces.
+    pressed (n,) [N/m]: of each node with outlines, and surfaces, some of which may be tied to
+    rigid bodies.
+    bodies_at_walls, pressed_bodies [1/s^2]: the largest omega^2 of a rigid body on its contact
+    springs with walls, and on those with nodes.
+    """
+
+    nodes: np.ndarray
+    hits: np.ndarray
+    pressed: np.ndarray
+    bodies_at_walls: float
+    pressed_bodies: float
+
+    @property
+    def bodies(self) -> float:
+        """Upper bound of omega^2 [1/s^2] of a rigid body on all contact springs."""
+        return self.bodies_at_walls + self.pressed_bodies
+
+
+@dataclass(frozen=True)
+class ContactPlaces:
+    """Places of nodes on which the contact bound of one configuration depends.
+
+    far (k,): nodes on outlines or surfaces that had no wall within reach. arms [m]: distances of
+    nodes on each outline from the centre of its body.
+    """
+
+    stiffness: "ContactStiffness"
+    far: np.ndarray
+    arms: list[np.ndarray]
+
+    def hold(self, x: np.ndarray) -> bool:
+        """Return True if the bound still holds with all nodes at x (n, d) [m], and for half the
+        reach of further motion.
+        """
+        half = 0.5 * self.stiffness.reach
+        if not (gaps(self.stiffness.model.walls, x[self.far]) > half).all():
+            return False
+        now = self.stiffness.arms(x)
+        return all((a <= then + half).all() for a, then in zip(now, self.arms, strict=True))
+
+
+def gaps(walls: Sequence[Wall], x: np.ndarray) -> np.ndarray:
+    """Return a lower bound (n,) [m] of the gaps of points x (n, d) to the nearest wall."""
+    return np.min([np.full(len(x), np.inf), *(wall.least_gap(x) for wall in walls)], axis=0)
 
 
 class ContactStiffness:
@@ -161,33 +217,45 @@ class ContactStiffness:
         if model.self_contact is not None:
             self.surfaces = SurfaceStiffness(model.self_contact, model.points)
             self.on_surfaces = self._tied_springs(model.self_contact.nodes)
+        others = self._of_supports(np.inf) + self._of_surfaces(model.points, np.inf)[1]
+        self.touching_both = np.flatnonzero((self._of_walls(np.inf) > 0.0) & (others > 0.0))
 
     def _tied_springs(self, nodes: np.ndarray) -> list[TiedSprings]:
         """Return the contact springs at nodes (k,) on each rigid body."""
         bodies, points = self.model.rigid_bodies, self.model.points
         return [TiedSprings(body, points, nodes) for body in bodies]
 
-    def of_nodes(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Return the contact stiffness (n,) [N/m] of each node at x (n, d) [m] and step dt [s].
+    def at(self, x: np.ndarray, dt: float) -> ContactBound:
+        """Return the bounds with all nodes at x (n, d) [m] and the step dt [s]."""
+        at_walls, at_supports = self._of_walls(dt), self._of_supports(dt)
+        pressed, at_surfaces = self._of_surfaces(x, dt)
+        others = at_supports + at_surfaces
+        walls, held = self._of_bodies(x, dt, pressed)
+        return ContactBound(
+            self._together(at_walls, others, x),
+            np.max([at_walls, at_supports, at_surfaces], axis=0),
+            others,
+            walls,
+            held,
+        )
 
-        Contact is with walls, outlines and other surfaces; drag at the ends of cables is added. A
-        tied node loads its rigid body instead. A node on an outline or on another surface touches a
-        wall at the same time only if a wall is within reach.
-        """
-        walls = self._of_walls(dt)
-        others = self._of_supports(dt) + self._of_surfaces(x, dt)
-        both = np.flatnonzero((walls > 0.0) & (others > 0.0))
-        if len(both):
-            gap = np.min([wall.least_gap(x[both]) for wall in self.model.walls], axis=0)
-            far = both[gap > self.reach]
-            walls[far], others[far] = np.maximum(walls[far], others[far]), 0.0
+    def _together(self, at_walls: np.ndarray, others: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Return the stiffness (n,) [N/m] of nodes that touch walls and others, with end drag."""
+        walls, others = at_walls.copy(), others.copy()
+        far = self._far_from_walls(x)
+        walls[far], others[far] = np.maximum(walls[far], others[far]), 0.0
         for drag in self.model.of_kind(EndDrag):
             others[drag.end] += drag.stiffness
         return walls + others
 
-    def of_hits(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Return the largest stiffness (n,) [N/m] of a node with walls, outlines or surfaces."""
-        return np.max([self._of_walls(dt), self._of_supports(dt), self._of_surfaces(x, dt)], axis=0)
+    def _far_from_walls(self, x: np.ndarray) -> np.ndarray:
+        """Return the nodes (k,) on outlines or surfaces that no wall is within reach of."""
+        both = self.touching_both
+        return both[gaps(self.model.walls, x[both]) > self.reach]
+
+    def places(self, x: np.ndarray) -> ContactPlaces:
+        """Return the places of nodes on which the bounds with all nodes at x (n, d) [m] depend."""
+        return ContactPlaces(self, self._far_from_walls(x), self.arms(x))
 
     def _of_walls(self, dt: float) -> np.ndarray:
         """Return the stiffness (n,) [N/m] of nodes with all walls together, 0 for tied nodes."""
@@ -217,38 +285,33 @@ class ContactStiffness:
             stiffness[contact.nodes] += surface_stiffness(contact, dt)
         return stiffness
 
-    def _of_surfaces(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Return the stiffness (n,) [N/m] of nodes in contact of bodies, 0 for tied nodes."""
-        stiffness = np.zeros(len(x))
-        data = self.model.self_contact
-        if data is not None:
-            stiffness[data.nodes] = self.surfaces.of_nodes(x, dt)
-        return np.where(self.tied, 0.0, stiffness)
-
-    def of_pressed(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Return the stiffness (n,) [N/m] of nodes with rigid bodies at the step dt [s].
-
-        These are their outlines, and surfaces, some of which may be tied to them.
+    def _of_surfaces(self, x: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the stiffness [N/m] in contact of bodies: (k,) of the nodes of their surfaces, and
+        (n,) of all nodes, 0 for tied ones.
         """
-        return self._of_supports(dt) + self._of_surfaces(x, dt)
+        data, stiffness = self.model.self_contact, np.zeros(len(x))
+        if data is None:
+            return np.zeros(0), stiffness
+        pressed = self.surfaces.of_nodes(x, dt)
+        stiffness[data.nodes] = pressed
+        return pressed, np.where(self.tied, 0.0, stiffness)
 
-    def of_bodies(self, x: np.ndarray, dt: float) -> tuple[float, float]:
+    def _of_bodies(self, x: np.ndarray, dt: float, surfaces: np.ndarray) -> tuple[float, float]:
         """Return the largest omega^2 [1/s^2] of a rigid body with walls, and with nodes.
 
         The first is that of a body on the contact springs of its tied nodes and corners with walls.
         The second is that on the contact springs with nodes, of its tied surfaces and of its
         outline. Springs k_a at distances r_a on an outline give at most
-        sum k_a / M + sum k_a r_a^2 / I.
+        sum k_a / M + sum k_a r_a^2 / I. surfaces (k,) [N/m]: stiffness of the nodes of surfaces.
         """
-        model, contact, own = self.model, self.model.contact, self.model.self_contact
+        model, contact = self.model, self.model.contact
         at_walls, pressed = np.zeros((2, len(model.rigid_bodies)))
         if model.walls:
             k = wall_stiffness(contact, self.touched_at_once, dt)
             k += self._of_corners(dt)[contact.nodes]
             at_walls[:] = [springs.largest_frequency(k) for springs in self.on_walls]
-        if own is not None:
-            k = self.surfaces.of_nodes(x, dt)
-            pressed[:] = [springs.largest_frequency(k) for springs in self.on_surfaces]
+        if model.self_contact is not None:
+            pressed[:] = [springs.largest_frequency(surfaces) for springs in self.on_surfaces]
         for outline, supported in self.supports:
             k = surface_stiffness(supported, dt)
             mass, inertia = least_inertia(model.rigid_bodies[outline.body], model.dimension)
@@ -256,6 +319,10 @@ class ContactStiffness:
             pressed[outline.body] += k.sum() / mass + moment / inertia
         left = 1.0 - TIED_SHARE
         return float(at_walls.max(initial=0.0)) / left, float(pressed.max(initial=0.0)) / left
+
+    def arms(self, x: np.ndarray) -> list[np.ndarray]:
+        """Return the distances [m] of `_arms` of the nodes of each outline."""
+        return [self._arms(outline, contact.nodes, x) for outline, contact in self.supports]
 
     def _arms(self, outline: OutlineData, nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Return the distance (k,) [m] of nodes from a body's centre if they touch its outline."""

@@ -311,19 +311,18 @@ class ExplicitSolver:
 
         The result is the same, bit for bit, whether the block is done in one part or in several.
         """
-        each: np.ndarray = np.broadcast_to(counts, self.scenarios)
+        each = counts if isinstance(counts, np.ndarray) else np.full(self.scenarios, counts)
+        clocks = (each, self.block_starts, self.time_increments, self.done_in_block)
         self.kernels.run(
             [
-                Span(int(count), start, dt, drift=dt, kick=dt, done=int(done))
-                for count, start, dt, done in zip(
-                    each, self.block_starts, self.time_increments, self.done_in_block, strict=True
-                )
+                Span(count, start, dt, drift=dt, kick=dt, done=done)
+                for count, start, dt, done in zip(*(c.tolist() for c in clocks), strict=True)
             ]
         )
         self.increment_counts += each
         self.done_in_block += each
         reached = self.block_starts + self.done_in_block * self.time_increments
-        self.times[:] = np.where(each > 0, reached, self.times)
+        np.copyto(self.times, reached, where=each > 0)
 
     def _stand(self, steps: np.ndarray, kicks: np.ndarray) -> None:
         """Do one increment of each scenario that ends now and leaves positions as they are."""

@@ -22,7 +22,7 @@ import taichi as ti
 
 from softsim.compute import backend
 from softsim.compute.backend import ThreadCount
-from softsim.compute.fields import index_field, real_field, rounded, write, write_row
+from softsim.compute.fields import Row, index_field, real_field, rounded, write
 from softsim.compute.taichi_internals import SHARE, Barrier, Launch
 from softsim.compute.term import Pass
 from softsim.errors import DeviceError
@@ -143,8 +143,12 @@ class IncrementKernels:
         The number of workers is an argument so that the compiler treats both kernels in the same
         way.
         """
-        write_row(self.spans, s, np.array(span))
+        self._span_rows[s].fill(np.array(span))
         self._launch_alone(s, 1)
+
+    @cached_property
+    def _span_rows(self) -> list[Row]:
+        return [Row([self.spans], s) for s in range(self.scenarios)]
 
     @cached_property
     def _launch_alone(self) -> Launch:
@@ -152,7 +156,7 @@ class IncrementKernels:
 
     def together(self, s: int, span: Span, workers: int) -> None:
         """Run a span in `workers` Taichi threads. Raises DeviceError if some of them do not run."""
-        write_row(self.spans, s, np.array(span))
+        self._span_rows[s].fill(np.array(span))
         lost = self._together(s, workers, 0)
         if lost:
             raise DeviceError(

@@ -34,6 +34,7 @@ class StableStepSchedule:
     look_due, estimate_due: increment counts at which they are due. interval: increments between the
     last estimate and the next one. grown_since: increment count at the first of the estimates in a
     row above GROWTH times the lowest, None without any; lowest_grown: the smallest of them [s].
+    latest: stable step [s] of the last estimate, None before the first one of the schedule.
     """
 
     lowest: float
@@ -42,12 +43,14 @@ class StableStepSchedule:
     interval: int = FIRST_INTERVAL
     grown_since: int | None = None
     lowest_grown: float = 0.0
+    latest: float | None = None
 
     def plan_next(self, stable: float, increment_count: int, run_length: float) -> None:
         """Plan the next estimate after one that found the stable step `stable` [s].
 
         increment_count: increments done so far. run_length: increments of the whole run.
         """
+        self.latest = stable
         self.interval = next_interval(self.interval, self.lowest, stable, run_length)
         self.estimate_due = increment_count + self.interval
         self.plan_look(increment_count, run_length)

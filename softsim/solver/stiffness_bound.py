@@ -28,7 +28,7 @@ import scipy.sparse as sp
 from softsim.elements.geometry import Geometry, Region
 from softsim.mesh.mesh import incidence
 from softsim.model import Model
-from softsim.solver.contact_bound import REACH, ContactStiffness, tied_mass
+from softsim.solver.contact_bound import ContactBound, ContactStiffness, tied_mass
 from softsim.solver.element_bound import ALLOWED_STRAIN, ElementStiffness, RegionStiffness
 from softsim.structures.structure import NodalStiffness
 
@@ -155,7 +155,7 @@ class ModelStiffness:
         return [b for s in self.model.all_structures for b in s.stiffness_bound(x)]
 
     def at(self, elements: list[ElementStiffness], x: np.ndarray) -> ScaledStiffness:
-        """Return the matrix without damping for these elements, all nodes at x (n, d) [m]."""
+        """Return the matrix without contact and damping, with all nodes at x (n, d) [m]."""
         d = x.shape[1]
         of_structures = [bound.values for bound in self.structure_bounds(x)]
         shape = flat([*(e.shape_stiffness for e in elements), *of_structures])
@@ -175,8 +175,8 @@ class ModelStiffness:
             gradient.T,
             self.bulk_modulus / self.pressure_volumes,
             with_values(self.shape, np.bincount(self.pair_of_shape, shape)),
-            self._contact(x, np.inf),
-            chamber_vectors(self.model, x),
+            np.zeros(x.size),
+            chamber_vectors(self.model, self.inverse_sqrt_mass, x),
             [
                 (s.kind, root.ravel() * self.inverse_sqrt_mass)
                 for s in self.model.all_structures
@@ -187,26 +187,33 @@ class ModelStiffness:
             self.following,
         )
 
-    def damped(self, undamped: ScaledStiffness, x: np.ndarray, dt: float) -> ScaledStiffness:
-        """Return the matrix with (2 / dt) C of bulk viscosity and dashpots at the step dt [s]."""
+    def damped(
+        self, undamped: ScaledStiffness, contact: ContactBound, dt: float
+    ) -> ScaledStiffness:
+        """Return the matrix with contact and with (2 / dt) C of bulk viscosity at the step dt [s].
+
+        contact: at that step, with its dashpots.
+        """
         modulus = self.bulk_modulus + 2.0 * self.bulk_viscosity / dt
-        stiffness = modulus / self.pressure_volumes
-        return replace(undamped, volume_stiffness=stiffness, contact=self._contact(x, dt))
+        return replace(
+            undamped,
+            volume_stiffness=modulus / self.pressure_volumes,
+            contact=(contact.nodes[:, None] * self.inverse_mass).ravel(),
+        )
 
-    def _contact(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Return the contact stiffness over mass (n d,) [1/s^2]."""
-        return np.repeat(self.contact.of_nodes(x, dt), x.shape[1]) * self.inverse_sqrt_mass**2
+    @property
+    def inverse_mass(self) -> np.ndarray:
+        """1/m (n, d) [1/kg] of all components that move, else 0."""
+        return self.inverse_sqrt_mass.reshape(len(self.mobility), -1) ** 2
 
-    def hardest_press(self, x: np.ndarray, dt: float) -> float:
+    def hardest_press(self, contact: ContactBound) -> float:
         """Return the largest omega^2 [1/s^2] of a node in contact with rigid bodies."""
-        pressed = self.contact.of_pressed(x, dt)
-        return float((pressed[:, None] * self.inverse_sqrt_mass.reshape(x.shape) ** 2).max())
+        return float((contact.pressed[:, None] * self.inverse_mass).max())
 
-    def hardest_hit(self, x: np.ndarray, dt: float) -> float:
+    def hardest_hit(self, contact: ContactBound) -> float:
         """Return the largest omega^2 [1/s^2] of a node on impact, with that of nodes tied to it."""
-        hits = self.model.ties.handed_over(self.contact.of_hits(x, dt))
-        moved = self.mobility[:, None] * self.inverse_sqrt_mass.reshape(x.shape) ** 2
-        return float((hits[:, None] * moved).max())
+        hits = self.model.ties.handed_over(contact.hits)
+        return float((hits[:, None] * (self.mobility[:, None] * self.inverse_mass)).max())
 
 
 def pairs(
@@ -297,18 +304,18 @@ def following(model: Model, inverse_sqrt_mass: np.ndarray) -> sp.csr_matrix | No
     return (sp.diags(root_mass) @ T @ sp.diags(inverse_sqrt_mass)).tocsr()
 
 
-def chamber_vectors(model: Model, x: np.ndarray) -> list[np.ndarray]:
+def chamber_vectors(model: Model, inverse_sqrt_mass: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
     """Return sqrt(-dp/dV) M^-1/2 dV/dx (n d,) [1/s] of each chamber with volume stiffness.
 
     These are chambers whose pressure falls with their volume, with the most content of their
-    profile.
+    profile. inverse_sqrt_mass (n d,): M^-1/2.
     """
     vectors = []
     for load in model.pressures:
         stiffness = load.source.stiffness(load.volume(x))
         if stiffness > 0.0:
             gradient = volume_gradient(load.geometry, load.facets, x)
-            vectors.append(np.sqrt(stiffness) * (gradient * inverse_sqrt_mass(model)).ravel())
+            vectors.append(np.sqrt(stiffness) * (gradient.ravel() * inverse_sqrt_mass))
     return vectors
 
 
@@ -323,10 +330,11 @@ def volume_gradient(geometry: Geometry, facets: np.ndarray, x: np.ndarray) -> np
 # Shape for which the stable step was estimated; near it, the estimate holds.
 #
 # The bound assumes contact at every node that may touch (contact_bound.py), and the most
-# content that chambers ever have: it changes only if elements deform or nodes come near a wall. An
-# element whose principal stretches have changed by the fraction e since the estimate has gradients
-# of at most 1 / (1 - e) times those then, so that its stable step has fallen by about e, and by as
-# much again if its law stiffens with strain.
+# content that chambers ever have: it changes only if elements deform, or if nodes on outlines and
+# surfaces come near a wall. A body that moves as a whole changes it through structures alone, whose
+# lines may lead to other bodies. An element whose principal stretches have changed by the fraction
+# e since the estimate has gradients of at most 1 / (1 - e) times those then, so that its stable
+# step has fallen by about e, and by as much again if its law stiffens with strain.
 
 # Growth of the measures of shape of a structure: the stiffness of a cable's joint grows with 1 + 4
 # of its measure at most, the step with the root (structures/cable.py).
@@ -336,21 +344,24 @@ ALLOWED_GROWTH = 0.04
 class ReferenceShape:
     """Shape of a model with all nodes at x (n, d) [m]."""
 
-    def __init__(self, model: Model, x: np.ndarray) -> None:
-        self.model, self.x = model, x
-        self.regions = [ReferenceRegion(region, x[region.nodes]) for region in model.regions]
-        self.measures = [s.shape_measures(x) for s in model.all_structures]
-        self.reach = 0.5 * REACH * np.ptp(model.points, axis=0).max()
+    def __init__(self, stiffness: ModelStiffness, x: np.ndarray) -> None:
+        self.model, self.x = stiffness.model, x
+        self.regions = [ReferenceRegion(region, x[region.nodes]) for region in self.model.regions]
+        self.measures = [s.shape_measures(x) for s in self.model.all_structures]
+        self.places = stiffness.contact.places(x)
+        has_lines = any(structure is not self.model.ties for structure in self.model.all_structures)
+        self.longest_motion = 0.5 * stiffness.contact.reach if has_lines else np.inf
 
     def is_near(self, x: np.ndarray) -> bool:
         """Return True if all nodes at x (n, d) [m] form a shape near this one.
 
         No element is strained relative to this shape by more than ALLOWED_STRAIN, no measure of a
-        structure has grown by more than ALLOWED_GROWTH, and no node has moved by more than half the
-        reach of contact in any component. False for NaN.
+        structure has grown by more than ALLOWED_GROWTH, the places on which the contact bound
+        depends hold, and in a model with structures no node has moved by more than half the reach
+        of contact in any component. False for NaN.
         """
         with np.errstate(invalid="ignore", over="ignore"):
-            if not np.abs(x - self.x).max() <= self.reach:
+            if not np.abs(x - self.x).max() <= self.longest_motion or not self.places.hold(x):
                 return False
             for structure, measures in zip(self.model.all_structures, self.measures, strict=True):
                 if not (structure.shape_measures(x) <= measures + ALLOWED_GROWTH).all():

@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from softsim.solver.stiffness_bound import ALLOWED_STRAIN, ReferenceRegion, ReferenceShape
+from softsim.solver.stiffness_bound import (
+    ALLOWED_STRAIN,
+    ModelStiffness,
+    ReferenceRegion,
+    ReferenceShape,
+)
 
 SCENE = """
 title: A block
@@ -11,6 +16,15 @@ bodies:
   block: {mesh: {generator: block, length: 10 mm, height: 2 mm, element_size: 1 mm},
           formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10}
 time: {end: 1 ms}
+"""
+TOUCHING = """
+contact: {self_contact: [block]}
+environment: {walls: {floor: {kind: plane, point: [0 m, -20 mm]}}}
+"""
+FIBRE = """
+fibres:
+  t: {body: block, points: [[-4 mm, 0 m], [4 mm, 0 m]], spacing: 1 mm, diameter: 0.2 mm, youngs_modulus: 50 MPa,
+      density: 1440 kg/m^3}
 """
 
 
@@ -46,19 +60,32 @@ time: {{end: 1 ms}}
     assert reference.largest_strain(now) == pytest.approx(strain_by_matrices(F), rel=1e-9)
 
 
-def test_a_body_that_moves_is_near_and_one_that_is_strained_is_not(block_model):
-    x = block_model.points
-    shape = ReferenceShape(block_model, x)
-    assert shape.is_near(x + 0.04 * np.ptp(x, axis=0).max())
-    assert not shape.is_near(x + 0.06 * np.ptp(x, axis=0).max())  # a wall may be within reach
+def test_a_body_that_moves_is_near_and_one_that_is_strained_is_not(build):
+    model = build(SCENE)
+    x = model.points
+    shape = ReferenceShape(ModelStiffness(model), x)
+    assert shape.is_near(x + 10.0 * np.ptp(x, axis=0).max())
     assert shape.is_near(x * [1.0 + 0.9 * ALLOWED_STRAIN, 1.0])
     assert not shape.is_near(x * [1.0 + 1.1 * ALLOWED_STRAIN, 1.0])
     assert not shape.is_near(np.full_like(x, np.nan))
 
 
-@pytest.fixture
-def block_model(write_scene):
-    from softsim.builder import build_model
-    from softsim.scene.loading import load_scene
+def test_a_surface_may_slide_along_a_wall_but_not_come_near_it(build):
+    """Nodes that touch other bodies touch a wall as well once it is within reach."""
+    model = build(SCENE + TOUCHING)
+    x, size = model.points, np.ptp(model.points, axis=0).max()
+    shape = ReferenceShape(ModelStiffness(model), x)
+    gap = x[:, 1].min() + 20e-3
+    along, down = np.array([[10.0 * size, 0.0], [0.0, -1.0]])
+    assert shape.is_near(x + along)
+    assert shape.is_near(x + (gap - 0.06 * size) * down)
+    assert not shape.is_near(x + (gap - 0.04 * size) * down)
 
-    return build_model(load_scene(write_scene(SCENE)))
+
+def test_a_body_with_structures_must_not_move_far(build):
+    """The lines of structures may lead to bodies that do not move along."""
+    model = build(SCENE + FIBRE)
+    x, size = model.points, np.ptp(model.points, axis=0).max()
+    shape = ReferenceShape(ModelStiffness(model), x)
+    assert shape.is_near(x + 0.04 * size)
+    assert not shape.is_near(x + 0.06 * size)
