@@ -23,8 +23,8 @@ environment: {walls: {floor: {kind: plane, point: [0 m, -20 mm]}}}
 """
 FIBRE = """
 fibres:
-  t: {body: block, points: [[-4 mm, 0 m], [4 mm, 0 m]], spacing: 1 mm, diameter: 0.2 mm, youngs_modulus: 50 MPa,
-      density: 1440 kg/m^3}
+  t: {body: block, points: [[-4 mm, 0 m], [4 mm, 0 m]], spacing: 1 mm, diameter: 0.2 mm,
+      youngs_modulus: 50 MPa, density: 1440 kg/m^3}
 """
 
 
