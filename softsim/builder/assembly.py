@@ -1,35 +1,81 @@
-"""Assembly of the whole model of a scene, part by part."""
+"""Assembly of the model of a scene in stages, each of which adds to a draft."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from softsim.builder import conditions, contact, loads, network, passage, rigid, structural, walls
-from softsim.builder import contact as self_contact
-from softsim.builder import walls as wall_corners
 from softsim.builder.bodies import built_bodies, material_keys, meshed_bodies
 from softsim.builder.chambers import refuse_what_cannot_be_felt
 from softsim.builder.conditions import over_the_run
+from softsim.builder.contact import PenaltyStiffness
 from softsim.builder.loads import LoadTargets
 from softsim.builder.names import Names
 from softsim.builder.names import chamber as chamber_of
 from softsim.builder.names import robot as robot_of
 from softsim.builder.passage import crossing, end_time, refuse_steady_probe, steady_probe
+from softsim.contact.surface_contact import ContactData
+from softsim.contact.wall import Wall
 from softsim.elements.axisymmetric import Axisymmetric
+from softsim.loads.load import Load
 from softsim.loads.nodal import RisingGravity
 from softsim.loads.prescribed import MovingWall, PrescribedMotion, RigidMotion
 from softsim.loads.pressure import FollowerPressure
 from softsim.loads.profile import Profile
-from softsim.model import Model, Relaxation
+from softsim.model import Body, Model, Relaxation
+from softsim.rigid import RigidBodyData
 from softsim.scene.loading import LoadedScene
 from softsim.scene.steps import AT_THE_START, Beginning
 from softsim.scene.walls import Environment
 from softsim.solver.stable_step import estimator
+from softsim.structures.structure import Structure
+from softsim.structures.ties import Ties
 
 RELAXING_VISCOSITY = 0.06
 LONGEST_RELAXATION = 10.0
 """Default time [s] that a static run may take after the time of its loads."""
 ALONG_ITS_AXIS = "in an axisymmetric model, gravity acts along the axis only"
+
+
+@dataclass
+class Draft:
+    """Model under construction: what a stage passes on to those after it.
+
+    names and ties are those of the placed bodies. points (n, d) [m], mass (n,) [kg] and is_free
+    (n, d): of all nodes; own_mass (n,) [kg]: before ties handed it over; moves (n, d): True for
+    components that are not held, also of tied nodes. soft_count: number of nodes of bodies and
+    structures; carrier: rigid body of each node behind them. tied, outline_nodes: nodes of each
+    rigid body. closed_walls: walls before an interference fit, `walls` after it. contact: of the
+    bodies with walls. loads: all loads by name. gravity, starting_gravity (d,) [m/s^2].
+    """
+
+    loaded: LoadedScene
+    beginning: Beginning
+    names: Names = field(init=False)
+    ties: Ties = field(init=False)
+    bodies: tuple[Body, ...] = field(init=False)
+    points: np.ndarray = field(init=False)
+    soft_count: int = field(init=False)
+    carrier: np.ndarray = field(init=False)
+    motions: dict[str, PrescribedMotion] = field(init=False)
+    tied: list[np.ndarray] = field(init=False)
+    moves: np.ndarray = field(init=False)
+    is_free: np.ndarray = field(init=False)
+    structures: tuple[Structure, ...] = field(init=False)
+    own_mass: np.ndarray = field(init=False)
+    mass: np.ndarray = field(init=False)
+    velocity: np.ndarray = field(init=False)
+    outline_nodes: list[np.ndarray] = field(init=False)
+    rigid_bodies: tuple[RigidBodyData, ...] = field(init=False)
+    stiffness: PenaltyStiffness = field(init=False)
+    closed_walls: tuple[Wall, ...] = field(init=False)
+    walls: tuple[Wall, ...] = field(init=False)
+    contact: ContactData = field(init=False)
+    loads: dict[str, Load] = field(init=False)
+    chamber: FollowerPressure | None = field(init=False)
+    gravity: np.ndarray = field(init=False)
+    starting_gravity: np.ndarray = field(init=False)
 
 
 def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Model:
@@ -41,124 +87,185 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     body that starts inside a wall, a law unstable within its strain range, a time step above the
     stable one.
     """
-    meshed, scene = meshed_bodies(loaded), loaded.scene
-    names = Names(loaded, meshed, structural.placed_cables(loaded, meshed), beginning)
-    names, all_ties = structural.placed_ties(names)
-    names = replace(names, surfaces=rigid.placed_surfaces(names))
-    bodies = built_bodies(names)
-    soft_points = np.concatenate([*(b.points for b in bodies), structural.cable_points(names)])
-    soft_count = len(soft_points)
+    draft = Draft(loaded, beginning)
+    for stage in STAGES:
+        stage(draft)
+    model = finished(draft)
+    for refuse in REFUSALS:
+        refuse(draft.names, model)
+    return model
+
+
+def place_bodies(draft: Draft) -> None:
+    """Mesh the bodies and place them, cables, tied nodes and rigid surfaces."""
+    meshed = meshed_bodies(draft.loaded)
+    cables = structural.placed_cables(draft.loaded, meshed)
+    names = Names(draft.loaded, meshed, cables, draft.beginning)
+    names, draft.ties = structural.placed_ties(names)
+    draft.names = replace(names, surfaces=rigid.placed_surfaces(names))
+    draft.bodies = built_bodies(draft.names)
+
+
+def number_nodes(draft: Draft) -> None:
+    """Number the nodes of bodies, structures, rigid surfaces and rigid outlines, in this order."""
+    names = draft.names
     vertices, vertex_owner = rigid.surface_points(names)
     corners, corner_owner = rigid.outline_points(names)
-    points = np.concatenate([soft_points, vertices, corners])
-    carrier = np.concatenate([vertex_owner, corner_owner])
+    soft_points = [*(b.points for b in draft.bodies), structural.cable_points(names)]
+    draft.soft_count = sum(map(len, soft_points))
+    draft.points = np.concatenate([*soft_points, vertices, corners])
+    draft.carrier = np.concatenate([vertex_owner, corner_owner])
 
-    held = conditions.held_components(names, bodies, points)
-    held[soft_count:] = True
+
+def hold_nodes(draft: Draft) -> None:
+    """Find the components that are fixed, prescribed, or tied to a rigid body or a facet."""
+    names = draft.names
+    held = conditions.held_components(names, draft.bodies, draft.points)
+    held[draft.soft_count :] = True
     fixed = held.copy()
-    motions = conditions.prescribed(names, held)
-    for motion in motions.values():
+    draft.motions = conditions.prescribed(names, held)
+    for motion in draft.motions.values():
         held[motion.nodes, motion.axis] = True
-    tied = rigid.tied_nodes(names, ~held)
-    for nodes in tied:
+    draft.tied = rigid.tied_nodes(names, ~held)
+    for nodes in draft.tied:
         held[nodes] = True
-    structural.refuse_held_nodes(names, all_ties, points, fixed, held)
-    moves, is_free = ~held, ~held
-    is_free[all_ties.nodes] = False
-    structures = structural.built_structures(names, points, is_free)
-    own_mass = conditions.lumped_mass(names, bodies, structures, len(points))
-    mass = all_ties.handed_over(own_mass)
-    starting = conditions.initial_velocity(names, bodies, points, own_mass)
-    velocity = all_ties.followed(np.where(moves, starting, 0.0))
-    outline_nodes = [
-        soft_count + np.flatnonzero(carrier == r) for r in range(len(scene.rigid_bodies))
+    structural.refuse_held_nodes(names, draft.ties, draft.points, fixed, held)
+    draft.moves, draft.is_free = ~held, ~held
+    draft.is_free[draft.ties.nodes] = False
+
+
+def add_structures(draft: Draft) -> None:
+    """Build cables, layers and fibres, still without contact."""
+    draft.structures = structural.built_structures(draft.names, draft.points, draft.is_free)
+
+
+def lump_masses(draft: Draft) -> None:
+    """Lump the masses to the nodes, and give these their initial velocities."""
+    names, bodies, points = draft.names, draft.bodies, draft.points
+    draft.own_mass = conditions.lumped_mass(names, bodies, draft.structures, len(points))
+    draft.mass = draft.ties.handed_over(draft.own_mass)
+    starting = conditions.initial_velocity(names, bodies, points, draft.own_mass)
+    draft.velocity = draft.ties.followed(np.where(draft.moves, starting, 0.0))
+
+
+def add_rigid_bodies(draft: Draft) -> None:
+    """Build the rigid bodies with the nodes that they carry."""
+    names = draft.names
+    draft.outline_nodes = [
+        draft.soft_count + np.flatnonzero(draft.carrier == r)
+        for r in range(len(names.scene.rigid_bodies))
     ]
-    rigid_bodies = tuple(
+    draft.rigid_bodies = tuple(
         rigid.rigid_body(
             names,
             name,
-            rigid.own_mass(names, name, bodies, own_mass),
-            np.concatenate([tied[r], outline_nodes[r]]),
+            rigid.own_mass(names, name, draft.bodies, draft.own_mass),
+            np.concatenate([draft.tied[r], draft.outline_nodes[r]]),
         )
-        for r, name in enumerate(scene.rigid_bodies)
+        for r, name in enumerate(names.scene.rigid_bodies)
     )
-    stiffness = contact.PenaltyStiffness(
-        scene.contact,
-        contact.penalty_stiffness(names, bodies, len(points)),
-        all_ties.moved_mass(contact.contact_mass(points, mass, moves, rigid_bodies)),
+
+
+def add_walls(draft: Draft) -> None:
+    """Build the walls, and the contact of bodies with them."""
+    names, points = draft.names, draft.points
+    settings = names.scene.contact
+    draft.stiffness = PenaltyStiffness(
+        settings,
+        contact.penalty_stiffness(names, draft.bodies, len(points)),
+        draft.ties.moved_mass(
+            contact.contact_mass(points, draft.mass, draft.moves, draft.rigid_bodies)
+        ),
     )
-    surfaces = [b.node_sets["surface"] for b in bodies]
-    touching = np.concatenate([*surfaces, np.arange(soft_count, len(points))])
-    closed_walls = walls.walls(names)
-    all_walls = walls.fitted(names, closed_walls, points[touching])
-    walls.refuse_penetration(names, all_walls, points[touching])
-    at_walls = stiffness.contact(touching, scene.contact.friction_coefficient)
-    total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
-    loaded_parts = LoadTargets(names, bodies, points, own_mass, moves, tied, total_mass)
-    acting = loads.built_loads(loaded_parts)
-    acting |= network.built_network(loaded_parts, acting)
-    chamber = chamber_of(names, [a for a in acting.values() if isinstance(a, FollowerPressure)])
-    full_gravity, rise = gravity(names), gravity_share(names)
-    starting_gravity = full_gravity
+    surfaces = [b.node_sets["surface"] for b in draft.bodies]
+    touching = np.concatenate([*surfaces, np.arange(draft.soft_count, len(points))])
+    draft.closed_walls = walls.walls(names)
+    draft.walls = walls.fitted(names, draft.closed_walls, points[touching])
+    walls.refuse_penetration(names, draft.walls, points[touching])
+    draft.contact = draft.stiffness.contact(touching, settings.friction_coefficient)
+
+
+def add_loads(draft: Draft) -> None:
+    """Build the loads and prescribed motions.
+
+    Loads of a kind are in the order of the scene, and kinds in one order, so that scenes with the
+    same loads share compiled kernels, whichever comes first in the file.
+    """
+    names = draft.names
+    total_mass = draft.mass.sum() + sum(body.mass for body in draft.rigid_bodies)
+    targets = LoadTargets(
+        names, draft.bodies, draft.points, draft.own_mass, draft.moves, draft.tied, total_mass
+    )
+    acting = loads.built_loads(targets)
+    acting |= network.built_network(targets, acting)
+    pressures = [load for load in acting.values() if isinstance(load, FollowerPressure)]
+    draft.chamber = chamber_of(names, pressures)
+    draft.gravity, rise = gravity(names), gravity_share(names)
+    draft.starting_gravity = draft.gravity
     if rise is not None:
-        starting_gravity = rise.at(beginning.time) * full_gravity
-        acting |= {"environment.gravity_profile": RisingGravity(full_gravity, rise)}
-    for further in (loads.end_drags(names), motions, rigid.rigid_motions(names)):
-        acting |= further
-    # Of a kind in the order of the scene; kinds in one order, so that scenes with the same loads
-    # share compiled kernels, whichever comes first in the file.
-    acting = dict(sorted(acting.items(), key=lambda named: type(named[1]).__name__))
-    model = Model(
+        draft.starting_gravity = rise.at(draft.beginning.time) * draft.gravity
+        acting |= {"environment.gravity_profile": RisingGravity(draft.gravity, rise)}
+    acting |= {**loads.end_drags(names), **draft.motions, **rigid.rigid_motions(names)}
+    draft.loads = dict(sorted(acting.items(), key=lambda named: type(named[1]).__name__))
+
+
+STAGES: tuple[Callable[[Draft], None], ...] = (
+    place_bodies, number_nodes, hold_nodes, add_structures, lump_masses, add_rigid_bodies,
+    add_walls, add_loads,
+)  # fmt: skip
+"""Stages of the assembly, in order; each needs those before it."""
+
+
+def finished(draft: Draft) -> Model:
+    """Return the model of a draft after all stages."""
+    names, bodies, points, mass = draft.names, draft.bodies, draft.points, draft.mass
+    scene = names.scene
+    return Model(
         bodies=bodies,
         structures=structural.touching_structures(
-            names, structures, is_free, stiffness, closed_walls
+            names, draft.structures, draft.is_free, draft.stiffness, draft.closed_walls
         ),
         points=points,
-        velocity=velocity,
+        velocity=draft.velocity,
         mass=mass,
-        is_free=is_free,
-        ties=all_ties,
-        rigid_bodies=rigid_bodies,
-        outlines=rigid.outlines(names, points, stiffness, tied),
-        walls=all_walls,
-        contact=at_walls,
-        adhesions=contact.adhesions(names, bodies, points, all_walls, at_walls),
+        is_free=draft.is_free,
+        ties=draft.ties,
+        rigid_bodies=draft.rigid_bodies,
+        outlines=rigid.outlines(names, points, draft.stiffness, draft.tied),
+        walls=draft.walls,
+        contact=draft.contact,
+        adhesions=contact.adhesions(names, bodies, points, draft.walls, draft.contact),
         friction_memory=scene.contact.friction_memory,
         friction_slip_length=scene.contact.friction_slip_length,
-        self_contact=self_contact.self_contact(
+        self_contact=contact.self_contact(
             names,
             bodies,
             points,
-            all_ties,
-            [b.tied for b in rigid_bodies if len(b.facets)],
-            all_ties.moved_mass(mass),
+            draft.ties,
+            [b.tied for b in draft.rigid_bodies if len(b.facets)],
+            draft.ties.moved_mass(mass),
         ),
-        corners=wall_corners.corner_data(bodies, points, all_walls, at_walls),
-        loads=tuple(acting.values()),
-        load_names=tuple(acting),
-        probes=conditions.probes(names, points, moves, all_ties),
-        gravity=full_gravity,
-        starting_gravity=starting_gravity,
-        robot=robot_of(names, bodies, chamber, points),
-        start_time=beginning.time,
-        end_time=end_time(names, chamber),
+        corners=walls.corner_data(bodies, points, draft.walls, draft.contact),
+        loads=tuple(draft.loads.values()),
+        load_names=tuple(draft.loads),
+        probes=conditions.probes(names, points, draft.moves, draft.ties),
+        gravity=draft.gravity,
+        starting_gravity=draft.starting_gravity,
+        robot=robot_of(names, bodies, draft.chamber, points),
+        start_time=draft.beginning.time,
+        end_time=end_time(names, draft.chamber),
         cycles=scene.time.cycles,
         time_increment=None if scene.time.increment == "auto" else scene.time.increment,
         safety_factor=scene.solver.safety_factor,
         least_step=scene.solver.least_step,
         bulk_viscosity=bulk_viscosity(names),
-        mass_scaling=conditions.mass_scaling(names, bodies, points, is_free),
+        mass_scaling=conditions.mass_scaling(names, bodies, points, draft.is_free),
         energy_error_limit=scene.solver.energy_error_limit,
         relaxation=relaxation(names),
         settling=settling(names),
-        passage=passage.passage(names, closed_walls, outline_nodes, chamber),
+        passage=passage.passage(names, draft.closed_walls, draft.outline_nodes, draft.chamber),
         crossing=crossing(names, bodies),
     )
-    refuse_instant_relaxation(names, model)
-    refuse_path_of_motion(names, model)
-    refuse_what_cannot_be_felt(names, model)
-    refuse_unstable_step(names, model)
-    return model
 
 
 def gravity(names: Names) -> np.ndarray:
@@ -347,3 +454,12 @@ def refuse_unstable_step(names: Names, model: Model) -> None:
             f"{stable.describe()}",
             f'write "auto", or at most {np.floor(model.safety_factor * stable.value * 1e9):g} ns',
         )
+
+
+REFUSALS: tuple[Callable[[Names, Model], None], ...] = (
+    refuse_instant_relaxation,
+    refuse_path_of_motion,
+    refuse_what_cannot_be_felt,
+    refuse_unstable_step,
+)
+"""Checks of the whole model."""
