@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softsim.builder import library_material
+from softsim.materials.library import library_material
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, QUIET, drawing
 from softsim.scene.materials import Material, YeohMaterial
 from softsim.scene.text import plain

@@ -6,6 +6,5 @@ raised here, with the key at which they occur.
 
 from softsim.builder.assembly import build_model
 from softsim.builder.conditions import built_profile
-from softsim.materials.library import library_material, library_names
 
-__all__ = ["build_model", "built_profile", "library_material", "library_names"]
+__all__ = ["build_model", "built_profile"]

@@ -11,10 +11,9 @@ from softsim.builder.chambers import refuse_what_cannot_be_felt
 from softsim.builder.conditions import over_the_run
 from softsim.builder.contact import PenaltyStiffness
 from softsim.builder.loads import LoadTargets
-from softsim.builder.names import Names
-from softsim.builder.names import chamber as chamber_of
-from softsim.builder.names import robot as robot_of
+from softsim.builder.passage import chamber as chamber_of
 from softsim.builder.passage import crossing, end_time, refuse_steady_probe, steady_probe
+from softsim.builder.passage import robot as robot_of
 from softsim.contact.surface_contact import ContactData
 from softsim.contact.wall import Wall
 from softsim.elements.axisymmetric import Axisymmetric
@@ -26,6 +25,7 @@ from softsim.loads.profile import Profile
 from softsim.model import Body, Model, Relaxation
 from softsim.rigid import RigidBodyData
 from softsim.scene.loading import LoadedScene
+from softsim.scene.names import Names
 from softsim.scene.steps import AT_THE_START, Beginning
 from softsim.scene.walls import Environment
 from softsim.solver.stable_step import estimator

@@ -1,32 +1,25 @@
 """Deformable bodies: their meshes and kinematics."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from softsim.builder.materials import material
-from softsim.builder.names import (
-    MeshedBody,
-    MeshedRegion,
-    Names,
-    close_names,
-    in_mm,
-    with_defined_sets,
-)
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import Geometry, Region
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.ring_section import RingSection
 from softsim.elements.solid import Solid
 from softsim.errors import MeshError
+from softsim.materials.library import built_material, named_materials, viscoelastic_material
+from softsim.materials.material import Material
 from softsim.mesh.abaqus import family, plane_stress_advice
 from softsim.mesh.cad import stored_mesh
-from softsim.mesh.mesh import Mesh, facet_owners, mirrored, of_corners, transformed
+from softsim.mesh.mesh import Mesh, mirrored, of_corners, transformed
 from softsim.mesh.quality import check
 from softsim.mesh.reading import GEOMETRY, MeshFile, read_mesh
-from softsim.model import Body
+from softsim.model import Body, Model
 from softsim.robots.block import block, box
 from softsim.robots.leafbot import leafbot_section, leafbot_solid
 from softsim.robots.pfr import pfr_meridian, pfr_section, pfr_solid
@@ -36,6 +29,14 @@ from softsim.robots.spikes import spike_patch
 from softsim.scene import bodies as scene_bodies
 from softsim.scene.loading import LoadedScene
 from softsim.scene.meshes import FileMesh, GeneratedMesh
+from softsim.scene.names import (
+    MeshedBody,
+    MeshedRegion,
+    Names,
+    close_names,
+    in_mm,
+    with_defined_sets,
+)
 from softsim.scene.text import Keys
 
 # -------------------------------------------------------------------------------------------------
@@ -120,7 +121,7 @@ def built_region(names: Names, body: str, region: MeshedRegion) -> Region:
         cells=part.mesh.cells[region.numbers],
         numbers=region.numbers,
         geometry=region.geometry,
-        material=material(names, keys),
+        material=built_material(names.loaded, keys),
     )
 
 
@@ -130,33 +131,6 @@ def material_keys(names: Names, body: str, cell_set: str | None) -> Keys:
     if cell_set is not None and names.scene.bodies[body].regions[cell_set].material is not None:
         keys = (*keys, "regions", cell_set)
     return (*keys, "material")
-
-
-def bounded(
-    names: Names, facets: np.ndarray
-) -> Iterator[tuple[MeshedBody, MeshedRegion, np.ndarray]]:
-    """Yield bodies and regions whose elements have some of the facets (k, corners), and which."""
-    for body in names.bodies.values():
-        here = np.flatnonzero(body.has_nodes(facets).all(axis=1))
-        if not len(here):
-            continue
-        owner = facet_owners(facets[here] - body.first_node, body.mesh.cells)
-        for region in body.regions:
-            chosen = here[np.isin(owner, region.numbers)]
-            if len(chosen):
-                yield body, region, chosen
-
-
-def common_geometry(names: Names, facets: np.ndarray, keys: Keys) -> Geometry:
-    """Return the kinematics of the elements behind the facets of one chamber."""
-    first, *others = [region.geometry for _, region, _ in bounded(names, facets)]
-    if not all(first.bounds_with(other) for other in others):
-        raise names.loaded.error(
-            (*keys, "facets"),
-            "the facets belong to bodies of different thickness or rings, or to such regions",
-            "use a separate load for each",
-        )
-    return first
 
 
 GENERATORS: dict[str, Callable[..., Mesh]] = {
@@ -410,3 +384,23 @@ def built_bodies(names: Names) -> tuple[Body, ...]:
         )
         for name, part in names.bodies.items()
     )
+
+
+def with_branches(loaded: LoadedScene, model: Model) -> Model:
+    """Return the model of a static scene with the Maxwell branches of its materials."""
+    named = named_materials(loaded.scene)
+
+    def of(region: Region) -> Material:
+        own: Keys = ("bodies", region.body, "regions", region.cell_set or "", "material")
+        return viscoelastic_material(
+            loaded, own if own in named else ("bodies", region.body, "material")
+        )
+
+    bodies = tuple(
+        replace(
+            body,
+            regions=tuple(replace(r, material=of(r)) for r in body.regions),
+        )
+        for body in model.bodies
+    )
+    return replace(model, bodies=bodies)

@@ -5,13 +5,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from softsim.builder.names import MeshedBody, Names, in_mm
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import Geometry
 from softsim.elements.ring_section import RingSection
 from softsim.loads.pressure_control import EventCycles
 from softsim.mesh.mesh import open_rim, with_corners
 from softsim.model import Model
+from softsim.scene.names import MeshedBody, Names, in_mm
 from softsim.scene.text import Keys
 
 # -------------------------------------------------------------------------------------------------

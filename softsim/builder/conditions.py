@@ -5,9 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from softsim.builder.bodies import common_geometry
 from softsim.builder.chambers import joined_facets, lids, refuse_open_chamber
-from softsim.builder.names import Names, in_mm
 from softsim.compute.mass_scaling import MassScaling, edges_of, grouped
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import nodal_sums
@@ -20,6 +18,7 @@ from softsim.mesh.mesh import SURFACE
 from softsim.model import Body, Probe
 from softsim.scene import conditions, outputs
 from softsim.scene.conditions import Prescribed, RigidMotionSpec, WallMotion
+from softsim.scene.names import Names, in_mm
 from softsim.scene.profiles import (
     Constant,
     CyclesProfile,
@@ -208,7 +207,7 @@ def probes(names: Names, points: np.ndarray, is_free: np.ndarray, ties: Ties) ->
         if isinstance(probe, outputs.VolumeProbe):
             facets = joined_facets(names, probe.facets, keys)
             body = names.bodies[probe.facets[0].partition(".")[0]]
-            geometry = common_geometry(names, facets, keys)
+            geometry = names.common_geometry(facets, keys)
             remedy = "hold the rim (bodies.NAME.fixed)"
             refuse_open_chamber(names, facets, points, ~is_free, remedy, keys)
             closed = np.concatenate([facets, lids(names, facets, points, ~is_free)])

@@ -9,7 +9,6 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from softsim.builder.names import Names, close_names, in_mm
 from softsim.contact.adhesion import Adhesion, CohesiveLaw, PairLaws, SeparationRate
 from softsim.contact.surface_contact import ContactData
 from softsim.contact.wall import Wall
@@ -31,6 +30,7 @@ from softsim.model import Body, SelfContactData
 from softsim.rigid import RigidBodyData
 from softsim.scene import walls
 from softsim.scene.conditions import Fixed, Symmetry
+from softsim.scene.names import Names, close_names, in_mm
 from softsim.scene.text import Keys
 from softsim.scene.walls import AdhesionRateSpec, AdhesionSpec, Contact
 from softsim.structures.ties import Ties

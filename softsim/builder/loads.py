@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from softsim.builder.bodies import bounded, common_geometry
 from softsim.builder.chambers import joined_facets, lids, refuse_open_chamber, smallest_volume
 from softsim.builder.conditions import over_the_run
-from softsim.builder.names import Names, in_mm
 from softsim.builder.rigid import freedom
 from softsim.builder.structural import in_bodies, refuse_all_around
 from softsim.elements.geometry import nodal_sums
@@ -32,6 +30,7 @@ from softsim.loads.tendon import Tendon
 from softsim.loads.tether import EndDrag, Tether
 from softsim.model import Body
 from softsim.scene import loads as scene_loads
+from softsim.scene.names import Names, in_mm
 from softsim.scene.pneumatics import NetworkChamberSpec
 from softsim.scene.profiles import EventCyclesProfile, PressureProfile
 from softsim.scene.text import Keys
@@ -163,7 +162,7 @@ def surface_traction(
     names = loaded.names
     facets = joined_facets(names, load.facets, keys)
     areas = np.zeros(facets.shape)
-    for body, region, chosen in bounded(names, facets):
+    for body, region, chosen in names.bounded(facets):
         of_body = facets[chosen] - body.first_node
         areas[chosen] = region.geometry.corner_areas(body.mesh.points, of_body)
     measure = nodal_sums(facets, areas, len(loaded.points))
@@ -426,7 +425,7 @@ def chamber_pressure(
     """Return the follower pressure on the facets of a chamber; source: returns its source."""
     names, points, is_free = loaded.names, loaded.points, loaded.is_free
     facets = joined_facets(names, load.facets, keys)
-    geometry = common_geometry(names, facets, keys)
+    geometry = names.common_geometry(facets, keys)
     body, remedy = None, "hold both ends (bodies.NAME.fixed)"
     held = ~is_free
     if load.reacts_on is not None:

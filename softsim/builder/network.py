@@ -12,7 +12,6 @@ from softsim.builder.loads import (
     RestingChamber,
     chamber_pressure,
 )
-from softsim.builder.names import Names, close_names
 from softsim.loads.load import Load
 from softsim.loads.network import (
     AMBIENT,
@@ -26,6 +25,7 @@ from softsim.loads.network import (
 )
 from softsim.loads.pressure import ATMOSPHERE, FollowerPressure
 from softsim.loads.profile import Profile, constant
+from softsim.scene.names import Names, close_names
 from softsim.scene.outputs import probe_columns
 from softsim.scene.pneumatics import (
     GasSpec,

@@ -5,11 +5,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from softsim.builder.contact import ALLOWED_PENETRATION
-from softsim.builder.names import Names, close_names, in_mm
 from softsim.contact import pipe_layout
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import SceneError
+from softsim.scene.names import Names, close_names, in_mm
 from softsim.scene.text import Keys, nearest
 from softsim.scene.walls import (
     BendItem,

@@ -5,7 +5,6 @@ from scipy.spatial.transform import Rotation
 
 from softsim.builder.conditions import displacement
 from softsim.builder.contact import ALLOWED_PENETRATION, PenaltyStiffness
-from softsim.builder.names import Names, PlacedSurface, in_mm
 from softsim.contact.polyline import checked_polyline
 from softsim.contact.simple_walls import Cylinder, Sphere
 from softsim.elements.axisymmetric import Axisymmetric
@@ -18,6 +17,7 @@ from softsim.model import Body, OutlineData
 from softsim.rigid import RigidBodyData
 from softsim.scene import conditions
 from softsim.scene.bodies import BallOutline, RigidBody, RigidSurface
+from softsim.scene.names import Names, PlacedSurface, in_mm
 from softsim.scene.text import Keys
 from softsim.scene.walls import PipeWall, PlaneWall
 from softsim.units import format_quantity

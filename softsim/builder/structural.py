@@ -7,9 +7,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.sparse import csr_array
 
-from softsim.builder.bodies import bounded
 from softsim.builder.contact import ALLOWED_PENETRATION, PenaltyStiffness
-from softsim.builder.names import MeshedBody, Names, PlacedCable, close_names, in_mm, model_vector
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.wall import OffsetWall, Wall
 from softsim.elements.axisymmetric import Axisymmetric
@@ -22,6 +20,7 @@ from softsim.mesh.quality import check
 from softsim.mesh.surface import at, closest_on_facets, side_lengths
 from softsim.scene import structural
 from softsim.scene.loading import LoadedScene
+from softsim.scene.names import MeshedBody, Names, PlacedCable, close_names, in_mm, model_vector
 from softsim.scene.text import Keys
 from softsim.structures.cable import Cable
 from softsim.structures.fibre import Fibre, Fibres, embedded
@@ -442,7 +441,7 @@ def layer_facets(names: Names, name: str) -> tuple[np.ndarray, np.ndarray]:
     data = names.scene.layers[name]
     facets = names.facet_set(data.facets, ("layers", name, "facets"))
     areas = np.zeros(facets.shape)
-    for body, region, chosen in bounded(names, facets):
+    for body, region, chosen in names.bounded(facets):
         of_body = facets[chosen] - body.first_node
         areas[chosen] = region.geometry.corner_areas(body.mesh.points, of_body)
     return facets, areas

@@ -10,7 +10,6 @@ from scipy.spatial import cKDTree
 
 from softsim.builder.conditions import displacement
 from softsim.builder.contact import ALLOWED_PENETRATION
-from softsim.builder.names import Names, in_mm
 from softsim.builder.pipe_path import overlap, pipe_networks
 from softsim.contact import terrain
 from softsim.contact.grid import DistanceGrid, SpacingError, TriangleSurface, gridded
@@ -27,6 +26,7 @@ from softsim.mesh.reading import read_points
 from softsim.mesh.surface import nodal_extents, read_surface, weights_in_line
 from softsim.model import Body, CornerData
 from softsim.scene.conditions import WallMotion
+from softsim.scene.names import Names, in_mm
 from softsim.scene.quantities import Point
 from softsim.scene.text import Keys
 from softsim.scene.walls import (

@@ -50,10 +50,10 @@ def materials(
         option = "--compare" if compare is not None else "--out"
         raise typer.BadParameter("needs the NAME of a silicone", param_hint=option)
     with explained() as console:
-        from softsim.builder.names import close_names
         from softsim.materials.library import library_names, silicone_of, silicones
         from softsim.materials.tensile import read_tensile_test
         from softsim.report.materials import comparison_rows, draw_sources, sources_table
+        from softsim.scene.names import close_names
 
         if name is None:
             for each in silicones().values():
@@ -183,8 +183,8 @@ def named_spectra(names: Sequence[str], overrides: Sequence[str]) -> "list[Drawn
     MaterialError: an unknown name, a spectrum that the branches do not fit, or nothing to draw.
     SceneError: an invalid scene.
     """
-    from softsim.builder.materials import viscoelasticity
     from softsim.materials.laws import LAWS
+    from softsim.materials.library import viscoelasticity
     from softsim.report.curves import DrawnSpectrum
 
     spectra: list[DrawnSpectrum] = []
@@ -208,10 +208,9 @@ def named_spectra(names: Sequence[str], overrides: Sequence[str]) -> "list[Drawn
 
 def _meant(name: str, overrides: Sequence[str]) -> "dict[str, Material]":
     """Return the materials by name, from the library or from a scene file."""
-    from softsim.builder import library_material, library_names
-    from softsim.builder.materials import materials_of
-    from softsim.builder.names import close_names
+    from softsim.materials.library import library_material, library_names, materials_of
     from softsim.scene.loading import load_scene
+    from softsim.scene.names import close_names
     from softsim.scene.text import is_file
 
     material = library_material(name)

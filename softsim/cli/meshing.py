@@ -89,7 +89,7 @@ def mesh(
             )
         data = library_material(material)
         if data is None:
-            from softsim.builder.names import close_names
+            from softsim.scene.names import close_names
 
             raise SceneError(
                 f"there is no material '{material}' in the library",

@@ -210,8 +210,8 @@ def check(
         steps = load_steps(scene, overrides or [])
         loaded = steps[0].loaded if steps else load_scene(scene, overrides or [])
         # Taichi is imported from here on: an error before is told at once.
-        from softsim.builder.materials import disagreement_notes
         from softsim.cli.run_tables import acting_tables, model_table
+        from softsim.materials.library import disagreement_notes
         from softsim.run.scenes import ready_model
         from softsim.run.steps import foreseen_models
         from softsim.solver.plausibility import output_warnings, plausibility_warnings

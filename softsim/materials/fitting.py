@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from softsim.errors import MaterialError
 from softsim.materials.laws import EQUIBIAXIAL, PLANAR, UNIAXIAL, Law, NeoHooke
@@ -228,6 +227,8 @@ def _fitted_from(
 
     Each constant keeps its sign, and has at most the magnitude `law.largest_constants`.
     """
+    from scipy.optimize import least_squares  # slow to import, and seldom needed
+
     root = np.sqrt(weight)
     stress = np.concatenate([test.stress for test in tests])
 

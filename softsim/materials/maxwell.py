@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from itertools import combinations, product
 
 import numpy as np
-from scipy.optimize import nnls
 
 from softsim.errors import MaterialError
 from softsim.materials.material import MaxwellBranch
@@ -242,6 +241,8 @@ def _with_times(spectrum: Spectrum, times: np.ndarray) -> MaxwellFit:
 
 def _least_squares(columns: np.ndarray, target: np.ndarray, weight: np.ndarray) -> np.ndarray:
     """Return the factors (k,) >= 0 of complex columns (n, k) that best fit a target (n,)."""
+    from scipy.optimize import nnls  # slow to import, and seldom needed
+
     columns, target = columns * weight[:, None], target * weight
     factors, _ = nnls(
         np.vstack([columns.real, columns.imag]), np.concatenate([target.real, target.imag])

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from softsim.builder import build_model
-from softsim.builder.materials import with_branches
+from softsim.builder.bodies import with_branches
 from softsim.compute.machine import Choice
 from softsim.errors import ModesError, Option, OutputError, SceneError, StabilityError
 from softsim.loads.rotor import Rotor

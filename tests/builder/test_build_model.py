@@ -3,8 +3,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softsim.builder import build_model, library_material, library_names
+from softsim.builder import build_model
 from softsim.errors import SceneError
+from softsim.materials.library import library_material, library_names
 from softsim.scene.loading import load_scene
 
 SCENES = sorted((Path(__file__).parents[2] / "scenes").glob("*.yaml"))

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softsim.builder import library_material
 from softsim.errors import MaterialError
 from softsim.materials.fitting import fit_law, fit_tests, prediction_errors
 from softsim.materials.laws import (
@@ -21,6 +20,7 @@ from softsim.materials.laws import (
     Ogden,
     Yeoh,
 )
+from softsim.materials.library import library_material
 from softsim.materials.tensile import TEST_MODES, TensileTest, read_tensile_test
 
 REFERENCE = Path(__file__).parents[2] / ".." / "shared" / "reference"

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from softsim.builder import library_material, library_names
 from softsim.materials.fitting import first_unstable_I1, instability_stretch
 from softsim.materials.laws import (
     LAWS,
@@ -18,6 +17,7 @@ from softsim.materials.laws import (
     Ogden,
     Yeoh,
 )
+from softsim.materials.library import library_material, library_names
 from softsim.materials.material import Material, bulk_modulus_from_poisson_ratio
 from softsim.materials.maxwell import MaxwellSeries
 

@@ -1,24 +1,24 @@
 """Lookup of names in a scene: node sets, facet sets, rigid bodies; vectors of its space."""
 
 import difflib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from fnmatch import fnmatchcase
 from functools import reduce
 from graphlib import CycleError, TopologicalSorter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softsim.elements.geometry import Geometry
-from softsim.loads.pressure import FollowerPressure
-from softsim.mesh.mesh import SURFACE, Mesh, facet_keys, find_rows
+from softsim.mesh.mesh import SURFACE, Mesh, facet_keys, facet_owners, find_rows
 from softsim.mesh.surface import side_lengths
-from softsim.model import Body, Robot
 from softsim.scene.bodies import BoxSet, PlaneSet, SetDefinition
 from softsim.scene.loading import LoadedScene
 from softsim.scene.schema import Scene
 from softsim.scene.steps import Beginning
 from softsim.scene.text import Keys, first_key
+
+if TYPE_CHECKING:
+    from softsim.elements.geometry import Geometry
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class MeshedRegion:
 
     cell_set: str | None
     numbers: np.ndarray
-    geometry: Geometry
+    geometry: "Geometry"
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class MeshedBody:
 
     mesh: Mesh
     first_node: int
-    geometry: Geometry
+    geometry: "Geometry"
     regions: tuple[MeshedRegion, ...]
     remarks: tuple[str, ...]
     not_read: tuple[str, ...]
@@ -111,7 +111,7 @@ class Names:
         return self.loaded.scene
 
     @property
-    def geometry(self) -> Geometry:
+    def geometry(self) -> "Geometry":
         """Kinematics of the first body; the others have the same formulation."""
         return next(iter(self.bodies.values())).geometry
 
@@ -182,6 +182,29 @@ class Names:
             )
         return sets[name]
 
+    def bounded(self, facets: np.ndarray) -> Iterator[tuple[MeshedBody, MeshedRegion, np.ndarray]]:
+        """Yield body, region and numbers of the facets (k, corners) on elements of each region."""
+        for body in self.bodies.values():
+            here = np.flatnonzero(body.has_nodes(facets).all(axis=1))
+            if not len(here):
+                continue
+            owner = facet_owners(facets[here] - body.first_node, body.mesh.cells)
+            for region in body.regions:
+                chosen = here[np.isin(owner, region.numbers)]
+                if len(chosen):
+                    yield body, region, chosen
+
+    def common_geometry(self, facets: np.ndarray, keys: Keys) -> "Geometry":
+        """Return the kinematics of the elements behind the facets of one chamber."""
+        first, *others = [region.geometry for _, region, _ in self.bounded(facets)]
+        if not all(first.bounds_with(other) for other in others):
+            raise self.loaded.error(
+                (*keys, "facets"),
+                "the facets belong to bodies of different thickness or rings, or to such regions",
+                "use a separate load for each",
+            )
+        return first
+
     def require_wall(self, name: str, keys: Keys) -> None:
         """Raise SceneError if the scene has no wall of this name."""
         known = list(self.scene.environment.walls)
@@ -226,109 +249,6 @@ def close_names(name: str, known: list[str], kind: str) -> str:
 def in_mm(place: np.ndarray) -> str:
     """Return a place [m] as text in mm."""
     return "(" + ", ".join(f"{c * 1e3:.2f}" for c in place) + ") mm"
-
-
-# -------------------------------------------------------------------------------------------------
-# Parts of a model in the roles that a scene names: frame, chamber, rows, track.
-
-PLACE = ("robot",)
-
-
-SIDES = (("bottom", "top"), ("left", "right"))
-"""Names of the sides of a robot by the sign of y and z: it travels along +x, and +y is up."""
-
-
-def robot(
-    names: Names, bodies: Sequence[Body], chamber: FollowerPressure | None, points: np.ndarray
-) -> Robot:
-    """Return the parts that the scene names, or the first of each kind.
-
-    chamber: the result of `chamber`. points (n, d) [m]: all nodes at rest.
-    """
-    named = None if chamber is None else chamber.name
-    found = rows(names, bodies)
-    assumptions = names.scene.robot.assumptions
-    return Robot(frame(names), named, found, sides(found, points), track(names), assumptions)
-
-
-def frame(names: Names) -> int | None:
-    """Return the number of the rigid body that is the frame; None without one."""
-    given = names.scene.robot.frame
-    if given is not None:
-        return names.rigid_number(given, (*PLACE, "frame"))
-    return 0 if names.scene.rigid_bodies else None
-
-
-def chamber(names: Names, chambers: Sequence[FollowerPressure]) -> FollowerPressure | None:
-    """Return the pressure that is the robot's chamber; None without one."""
-    given = names.scene.robot.chamber
-    if given is None:
-        return chambers[0] if chambers else None
-    by_name = {one.name: one for one in chambers}
-    if given not in by_name:
-        raise names.loaded.error(
-            (*PLACE, "chamber"),
-            f"load '{given}' is not a pressure",
-            close_names(given, list(by_name), "chambers"),
-        )
-    return by_name[given]
-
-
-def rows(names: Names, bodies: Sequence[Body]) -> dict[str, np.ndarray]:
-    """Return node sets (k,) by name, those of each pattern in the order of the mesh."""
-    sets = {f"{b.name}.{name}": nodes for b in bodies for name, nodes in b.node_sets.items()}
-    found: dict[str, np.ndarray] = {}
-    for k, pattern in enumerate(names.scene.robot.rows):
-        named = {name: nodes for name, nodes in sets.items() if fnmatchcase(name, pattern)}
-        if not named:
-            raise names.loaded.error(
-                (*PLACE, "rows", k),
-                f"no node set is called '{pattern}'",
-                close_names(pattern, list(sets), "node sets"),
-            )
-        found |= named
-    return found
-
-
-def track(names: Names) -> str | None:
-    """Return the name of the probe whose path over the ground is recorded; None without one."""
-    given, keys = names.scene.robot.track, (*PLACE, "track")
-    if given is None:
-        return None
-    probes = names.scene.output.probes
-    followed = [name for name, probe in probes.items() if probe.kind == "displacement"]
-    if given not in followed:
-        raise names.loaded.error(
-            keys,
-            f"there is no probe '{given}' of kind displacement",
-            close_names(given, followed, "probes of this kind"),
-        )
-    if names.dimension != 3 or not names.scene.rigid_bodies:
-        raise names.loaded.error(
-            keys,
-            "a track needs a 3D model of a robot with a frame, the rigid body that defines its "
-            "heading",
-            "leave track out; the columns of the probe contain its position",
-        )
-    return given
-
-
-def sides(rows: dict[str, np.ndarray], points: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the nodes of all rows, by the side of the robot on which they lie at rest.
-
-    The side is the transverse direction in which a node is farthest from the mean of all.
-    """
-    if not rows:
-        return {}
-    nodes = np.unique(np.concatenate(list(rows.values())))
-    across = (points[nodes] - points[nodes].mean(axis=0))[:, 1:]
-    farthest = np.abs(across).argmax(axis=1)
-    ahead = np.take_along_axis(across, farthest[:, None], axis=1)[:, 0] >= 0.0
-    return {
-        name: nodes[(farthest == k) & (ahead == bool(sign))]
-        for k, pair in enumerate(SIDES[: across.shape[1]])
-        for sign, name in enumerate(pair)
-    }
 
 
 # -------------------------------------------------------------------------------------------------
