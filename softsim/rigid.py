@@ -18,6 +18,8 @@ from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, matrix_field, real_field, vector_field
 from softsim.compute.nodes import PARTS, Nodes, parts_of
 from softsim.contact.wall import FixedFrame
+from softsim.elements.axisymmetric import Axisymmetric
+from softsim.scene.names import Names
 
 # -------------------------------------------------------------------------------------------------
 # Data of a rigid body, in numpy.
@@ -419,3 +421,41 @@ class BodyFrame(FixedFrame):
     @ti.func
     def global_vector(self, s, f):
         return self.bodies.to_space(s, self.body, f)
+
+
+# -------------------------------------------------------------------------------------------------
+# Degrees of freedom of the rigid bodies of a scene.
+
+
+# Of a model of each kind, in the order x, y, z, rotations about x, y, z.
+PLANE_FREEDOM = (True, True, False, False, False, True)
+AXIAL_FREEDOM = (False, True, False, False, False, False)
+SPACE_FREEDOM = (True, True, True, True, True, True)
+DIRECTIONS = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
+
+
+def model_freedom(names: Names) -> tuple[bool, ...]:
+    """Return the degrees of freedom that a rigid body has in this kind of model."""
+    if names.dimension == 3:
+        return SPACE_FREEDOM
+    return AXIAL_FREEDOM if isinstance(names.geometry, Axisymmetric) else PLANE_FREEDOM
+
+
+def freedom(names: Names, name: str) -> tuple[bool, ...]:
+    """Return True for the degrees of freedom of a rigid body that may move."""
+    possible = model_freedom(names)
+    asked = names.scene.rigid_bodies[name].free
+    if asked is None:
+        return possible
+    turns = ("rotation_x", "rotation_y", "rotation_z")
+    named = [d for word in asked for d in (turns if word == "rotation" else (word,))]
+    for k, word in enumerate(asked):
+        wanted = turns if word == "rotation" else (word,)
+        if not any(possible[DIRECTIONS.index(d)] for d in wanted):
+            there = ", ".join(d for d, yes in zip(DIRECTIONS, possible, strict=True) if yes)
+            raise names.loaded.error(
+                ("rigid_bodies", name, "free", k),
+                f"'{name}' cannot move in {word} in this type of model",
+                f"directions of a rigid body here: {there}",
+            )
+    return tuple(d in named and yes for d, yes in zip(DIRECTIONS, possible, strict=True))

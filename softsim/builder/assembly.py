@@ -5,32 +5,39 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from softsim.builder import conditions, contact, loads, network, passage, rigid, structural, walls
+from softsim.applications import entry
+from softsim.builder import conditions, contact, network, passage, rigid, walls
 from softsim.builder.bodies import built_bodies, material_keys, meshed_bodies
-from softsim.builder.chambers import refuse_what_cannot_be_felt
-from softsim.builder.conditions import over_the_run
-from softsim.builder.contact import PenaltyStiffness
-from softsim.builder.loads import LoadTargets
+from softsim.builder.chambers import Targets, refuse_what_cannot_be_felt
 from softsim.builder.passage import chamber as chamber_of
 from softsim.builder.passage import crossing, end_time, refuse_steady_probe, steady_probe
 from softsim.builder.passage import robot as robot_of
-from softsim.contact.surface_contact import ContactData
+from softsim.contact.surface_contact import ContactData, PenaltyStiffness
 from softsim.contact.wall import Wall
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.loads.load import Load
 from softsim.loads.nodal import RisingGravity
-from softsim.loads.prescribed import MovingWall, PrescribedMotion, RigidMotion
+from softsim.loads.prescribed import (
+    MovingWall,
+    PrescribedMotion,
+    RigidMotion,
+    prescribed,
+    rigid_motions,
+)
 from softsim.loads.pressure import FollowerPressure
-from softsim.loads.profile import Profile
+from softsim.loads.profile import Profile, over_the_run
+from softsim.loads.tether import end_drags
 from softsim.model import Body, Model, Relaxation
 from softsim.rigid import RigidBodyData
 from softsim.scene.loading import LoadedScene
 from softsim.scene.names import Names
 from softsim.scene.steps import AT_THE_START, Beginning
+from softsim.scene.structural import STRUCTURES
 from softsim.scene.walls import Environment
 from softsim.solver.stable_step import estimator
+from softsim.structures.cable import cable_points, placed_cables, touching
 from softsim.structures.structure import Structure
-from softsim.structures.ties import Ties
+from softsim.structures.ties import Ties, placed_ties, refuse_held_nodes
 
 RELAXING_VISCOSITY = 0.06
 LONGEST_RELAXATION = 10.0
@@ -99,9 +106,9 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
 def place_bodies(draft: Draft) -> None:
     """Mesh the bodies and place them, cables, tied nodes and rigid surfaces."""
     meshed = meshed_bodies(draft.loaded)
-    cables = structural.placed_cables(draft.loaded, meshed)
+    cables = placed_cables(draft.loaded, meshed)
     names = Names(draft.loaded, meshed, cables, draft.beginning)
-    names, draft.ties = structural.placed_ties(names)
+    names, draft.ties = placed_ties(names)
     draft.names = replace(names, surfaces=rigid.placed_surfaces(names))
     draft.bodies = built_bodies(draft.names)
 
@@ -111,7 +118,7 @@ def number_nodes(draft: Draft) -> None:
     names = draft.names
     vertices, vertex_owner = rigid.surface_points(names)
     corners, corner_owner = rigid.outline_points(names)
-    soft_points = [*(b.points for b in draft.bodies), structural.cable_points(names)]
+    soft_points = [*(b.points for b in draft.bodies), cable_points(names)]
     draft.soft_count = sum(map(len, soft_points))
     draft.points = np.concatenate([*soft_points, vertices, corners])
     draft.carrier = np.concatenate([vertex_owner, corner_owner])
@@ -123,20 +130,24 @@ def hold_nodes(draft: Draft) -> None:
     held = conditions.held_components(names, draft.bodies, draft.points)
     held[draft.soft_count :] = True
     fixed = held.copy()
-    draft.motions = conditions.prescribed(names, held)
+    draft.motions = prescribed(names, held)
     for motion in draft.motions.values():
         held[motion.nodes, motion.axis] = True
     draft.tied = rigid.tied_nodes(names, ~held)
     for nodes in draft.tied:
         held[nodes] = True
-    structural.refuse_held_nodes(names, draft.ties, draft.points, fixed, held)
+    refuse_held_nodes(names, draft.ties, draft.points, fixed, held)
     draft.moves, draft.is_free = ~held, ~held
     draft.is_free[draft.ties.nodes] = False
 
 
 def add_structures(draft: Draft) -> None:
     """Build cables, layers and fibres, still without contact."""
-    draft.structures = structural.built_structures(draft.names, draft.points, draft.is_free)
+    draft.structures = tuple(
+        structure
+        for point in STRUCTURES.values()
+        for structure in entry(point)(draft.names, draft.points, draft.is_free)
+    )
 
 
 def lump_masses(draft: Draft) -> None:
@@ -193,10 +204,13 @@ def add_loads(draft: Draft) -> None:
     """
     names = draft.names
     total_mass = draft.mass.sum() + sum(body.mass for body in draft.rigid_bodies)
-    targets = LoadTargets(
+    targets = Targets(
         names, draft.bodies, draft.points, draft.own_mass, draft.moves, draft.tied, total_mass
     )
-    acting = loads.built_loads(targets)
+    acting: dict[str, Load] = {
+        name: entry(load.built_by)(targets, load, ("loads", name))
+        for name, load in names.scene.loads.items()
+    }
     acting |= network.built_network(targets, acting)
     pressures = [load for load in acting.values() if isinstance(load, FollowerPressure)]
     draft.chamber = chamber_of(names, pressures)
@@ -205,7 +219,7 @@ def add_loads(draft: Draft) -> None:
     if rise is not None:
         draft.starting_gravity = rise.at(draft.beginning.time) * draft.gravity
         acting |= {"environment.gravity_profile": RisingGravity(draft.gravity, rise)}
-    acting |= {**loads.end_drags(names), **draft.motions, **rigid.rigid_motions(names)}
+    acting |= {**end_drags(names), **draft.motions, **rigid_motions(names)}
     draft.loads = dict(sorted(acting.items(), key=lambda named: type(named[1]).__name__))
 
 
@@ -222,7 +236,7 @@ def finished(draft: Draft) -> Model:
     scene = names.scene
     return Model(
         bodies=bodies,
-        structures=structural.touching_structures(
+        structures=touching(
             names, draft.structures, draft.is_free, draft.stiffness, draft.closed_walls
         ),
         points=points,

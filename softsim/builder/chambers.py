@@ -1,62 +1,39 @@
-"""Checks of chambers: facets that close one, and what a pressure controlled by events needs."""
+"""Chambers: facets that close one, its pressure and its sources, controls by events."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import Geometry
 from softsim.elements.ring_section import RingSection
-from softsim.loads.pressure_control import EventCycles
+from softsim.loads.air_line import AirLine, SetPoint, Tube
+from softsim.loads.load import LoadTargets, joined_facets
+from softsim.loads.pressure import (
+    AddedGas,
+    AddedVolume,
+    FollowerPressure,
+    GaugeScale,
+    PrescribedPressure,
+    PressureSource,
+)
+from softsim.loads.pressure_control import ControlledPressure, EventCycles
+from softsim.loads.profile import over_the_run
 from softsim.mesh.mesh import open_rim, with_corners
 from softsim.model import Model
-from softsim.scene.names import MeshedBody, Names, in_mm
+from softsim.scene import loads as scene_loads
+from softsim.scene.names import Names, in_mm
+from softsim.scene.pneumatics import NetworkChamberSpec
+from softsim.scene.profiles import EventCyclesProfile, PressureProfile
 from softsim.scene.text import Keys
+from softsim.solver.stable_step import chamber_compliance, element_frequencies
 
 # -------------------------------------------------------------------------------------------------
 # Closed chambers: a check that facets close one, and lids that complete their surface.
-
-
-def joined_facets(names: Names, references: tuple[str, ...], keys: Keys) -> np.ndarray:
-    """Return the facets (k, corners) of the named sets.
-
-    Raises SceneError if one of them is in more than one set.
-    """
-    facets = np.concatenate(
-        [names.facet_set(f, (*keys, "facets", k)) for k, f in enumerate(references)]
-    )
-    _, counts = np.unique(facets, axis=0, return_counts=True)
-    if counts.max() > 1:
-        raise names.loaded.error(
-            (*keys, "facets"),
-            f"{int((counts > 1).sum())} facet(s) are in more than one of these sets: the "
-            "load would act on them twice",
-            "name each part of the surface once",
-        )
-    owners = {f.partition(".")[0] for f in references}
-    for owner in owners:
-        refuse_single_parts(names, facets, names.bodies[owner], (*keys, "facets"))
-    return facets
-
-
-def refuse_single_parts(names: Names, facets: np.ndarray, body: MeshedBody, keys: Keys) -> None:
-    """Raise SceneError if facets of a ring section have nodes that belong to no ring.
-
-    In a ring section pressure and traction act on rings: only they enclose a volume.
-    """
-    if not isinstance(body.geometry, RingSection):
-        return
-    round_nodes = body.first_node + body.mesh.cells[body.geometry.is_ring]
-    single = np.setdiff1d(facets[body.has_nodes(facets)], round_nodes)
-    if len(single):
-        place = in_mm(body.mesh.points[single[0] - body.first_node])
-        raise names.loaded.error(
-            keys,
-            f"the facets include a node at {place} that belongs to no ring, so they do not "
-            "enclose a volume",
-            "name facets of the rings only, such as those of the chamber",
-        )
 
 
 def refuse_open_chamber(
@@ -163,6 +140,222 @@ def chain(following: dict[int, int], start: int) -> list[int]:
         if nodes[-1] == start:
             break
     return nodes
+
+
+# -------------------------------------------------------------------------------------------------
+# Pressure of chambers and its sources: a time history, a liquid, a gas, an air line.
+
+# A liquid is stiff, but adds no more than this to omega^2 of the stiffest element at rest, so that
+# it costs a twentieth of the time step at most.
+LIQUID_SHARE = 0.1
+
+PressureSourceSpec = (
+    scene_loads.FollowerPressureSpec
+    | scene_loads.AddedVolumeSpec
+    | scene_loads.AddedGasSpec
+    | scene_loads.Pneumatic
+)
+
+
+class Targets(LoadTargets):
+    """Bodies and nodes on which loads and chambers act."""
+
+    @cached_property
+    def stiffest(self) -> float:
+        """Largest omega^2 [1/s^2] of an element at rest."""
+        regions = (region for body in self.bodies for region in body.regions)
+        return max(float(element_frequencies(region).max()) for region in regions)
+
+
+@dataclass(frozen=True)
+class RestingChamber:
+    """Chamber in the shape at rest.
+
+    volume [m^3]: enclosed by its facets. nothing [m^3]: volume up to which it counts as flat.
+    compliance [m^4/kg]: of its surface. stiffest [1/s^2]: largest omega^2 of the model.
+    """
+
+    names: Names
+    keys: Keys
+    volume: float
+    nothing: float
+    compliance: float
+    stiffest: float
+
+    def refuse_inverted(self, least: float) -> None:
+        """Raise SceneError if the facets enclose a volume below `least` [m^3]."""
+        if self.volume < least:
+            raise self.names.loaded.error(
+                (*self.keys, "facets"),
+                f"the facets enclose {self.volume * 1e6:.4g} ml: they face away from the chamber, "
+                "or are flat",
+                "name the facets of the body that touch the liquid or gas",
+            )
+
+    def liquid_modulus(self) -> float:
+        """Return the bulk modulus [Pa] of a liquid, as large as the time step allows.
+
+        It adds at most the fraction LIQUID_SHARE to `stiffest`.
+        """
+        if self.compliance == 0.0:
+            raise self.names.loaded.error(
+                (*self.keys, "facets"),
+                "no node of the chamber can move, so the volume of the liquid cannot change",
+                "name facets of a body that can deform",
+            )
+        return LIQUID_SHARE * self.stiffest * self.volume / self.compliance
+
+    def room_beside(self, filled: float, dead: float, excluded: float) -> float:
+        """Return the gas volume [m^3] beside a chamber that is filled by `filled`: dead - excluded.
+
+        Raises SceneError if the total volume is not larger than `nothing`.
+        """
+        side = dead - excluded
+        if filled + side <= self.nothing:
+            raise self.names.loaded.error(
+                self.keys,
+                f"the chamber holds {filled * 1e6:.4g} ml, of which {excluded * 1e6:.4g} ml are "
+                f"excluded, and the dead volume is {dead * 1e6:.4g} ml: no volume is left for the "
+                "gas",
+                "give the dead volume of the line, or a smaller excluded_volume",
+            )
+        return side
+
+
+def pressure(loaded: Targets, load: PressureSourceSpec, keys: Keys) -> FollowerPressure:
+    """Return the follower pressure on the facets of a chamber."""
+    return chamber_pressure(loaded, load, partial(SOURCES[type(load)], load), keys)
+
+
+def chamber_pressure(
+    loaded: Targets,
+    load: PressureSourceSpec | NetworkChamberSpec,
+    source: Callable[[RestingChamber], PressureSource],
+    keys: Keys,
+) -> FollowerPressure:
+    """Return the follower pressure on the facets of a chamber; source: returns its source."""
+    names, points, is_free = loaded.names, loaded.points, loaded.is_free
+    facets = joined_facets(names, load.facets, keys)
+    geometry = names.common_geometry(facets, keys)
+    body, remedy = None, "hold both ends (bodies.NAME.fixed)"
+    held = ~is_free
+    if load.reacts_on is not None:
+        body = names.rigid_number(load.reacts_on, (*keys, "reacts_on"))
+        held = np.zeros_like(is_free)
+        remedy = f"tie both ends to '{load.reacts_on}' (rigid_bodies.{load.reacts_on}.tied)"
+        held[loaded.tied[body]] = True
+    needs_volume = not isinstance(load, scene_loads.FollowerPressureSpec)
+    if needs_volume or body is not None:
+        refuse_open_chamber(names, facets, points, held, remedy, keys)
+    edges = lids(names, facets, points, held) if needs_volume else facets[:0]
+    first_node = names.bodies[load.facets[0].partition(".")[0]].first_node
+    first = min(names.bodies[one.partition(".")[0]].first_node for one in load.facets)
+    area = float(geometry.corner_areas(points[first:], facets - first).sum())
+    facets, closing = (geometry.pressed(f, first_node) for f in (facets, edges))
+    volume = geometry.enclosed_volume(points, np.concatenate([facets, closing]))
+    nothing = smallest_volume(geometry, facets, points)
+    if abs(volume) <= nothing:
+        volume = 0.0
+    compliance = chamber_compliance(geometry, facets, points, loaded.mass, is_free)
+    fed = source(RestingChamber(names, keys, volume, nothing, compliance, loaded.stiffest))
+    return FollowerPressure(str(keys[-1]), facets, closing, geometry, fed, body, area)
+
+
+def follower_source(
+    load: scene_loads.FollowerPressureSpec, chamber: RestingChamber
+) -> PressureSource:
+    """Return the pressure of a profile, or of a control by events."""
+    scale = GaugeScale(load.on_skin, load.factor, load.offset)
+    return set_point(chamber.names, load.profile, scale, chamber.keys)
+
+
+def added_volume(load: scene_loads.AddedVolumeSpec, chamber: RestingChamber) -> AddedVolume:
+    """Return the liquid of a chamber, which must have a volume at rest."""
+    chamber.refuse_inverted(chamber.nothing)
+    names, keys, volume = chamber.names, chamber.keys, chamber.volume
+    profile = over_the_run(names, load.profile, keys)
+    liquid = AddedVolume(profile, volume, chamber.liquid_modulus())
+    refuse_emptied(names, liquid, f"{volume * 1e6:.4g} ml", keys)
+    return liquid
+
+
+def added_gas(load: scene_loads.AddedGasSpec, chamber: RestingChamber) -> AddedGas:
+    """Return the gas of a chamber, which may be flat at rest if there is a dead volume."""
+    chamber.refuse_inverted(-chamber.nothing)
+    names, keys, volume = chamber.names, chamber.keys, chamber.volume
+    profile = over_the_run(names, load.profile, keys)
+    side = chamber.room_beside(volume, load.dead_volume, load.excluded_volume)
+    gas = AddedGas(
+        profile, volume, side, load.gas_constant * load.temperature, load.ambient_pressure
+    )
+    refuse_emptied(names, gas, f"{gas.initial_mass * 1e6:.4g} mg of gas", keys)
+    return gas
+
+
+def refuse_emptied(names: Names, filling: AddedVolume | AddedGas, held: str, keys: Keys) -> None:
+    """Raise SceneError if more is to be taken out of a chamber than it holds at the start."""
+    least = float(filling.profile.values.min())
+    if least <= -filling.content:
+        raise names.loaded.error(
+            (*keys, "profile"),
+            f"{-least / filling.content:.3g} times the content of the chamber would be removed; it "
+            f"holds {held} at the start",
+            "remove less than it holds; positive values add to it",
+        )
+
+
+def set_point(names: Names, profile: PressureProfile, scale: GaugeScale, keys: Keys) -> SetPoint:
+    """Return the pressure source of a profile at the gauge, or of a control by events."""
+    if isinstance(profile, EventCyclesProfile):
+        settings = EventCycles(**profile.model_dump(exclude={"kind"}))
+        start = names.beginning.of(keys)
+        return ControlledPressure(replace(settings, start=start + settings.start))
+    return PrescribedPressure.at_gauge(over_the_run(names, profile, keys), scale)
+
+
+def air_line(load: scene_loads.Pneumatic, chamber: RestingChamber) -> AirLine:
+    """Return the pump, valve and tube of a chamber, which may be flat at rest."""
+    chamber.refuse_inverted(-chamber.nothing)
+    names, keys = chamber.names, chamber.keys
+    if names.scene.time.procedure == "static":
+        raise names.loaded.error(
+            keys,
+            f"the air flow through '{keys[-1]}' depends on time, which a static procedure does "
+            "not have",
+            "write time.procedure: dynamic, or load the chamber by follower_pressure or added_gas",
+        )
+    tube = Tube(load.tube.length, load.tube.bore, load.tube.viscosity)
+    dead = load.dead_volume + 0.5 * tube.volume
+    filled = load.volume_ratio * chamber.volume
+    side = chamber.room_beside(filled, dead, load.excluded_volume)
+    shown = set_point(names, load.profile, GaugeScale(), keys)
+    highest = shown.highest + load.band
+    if load.pump.stall <= highest:
+        raise names.loaded.error(
+            (*keys, "pump", "stall"),
+            f"the pump stalls at {load.pump.stall / 1e3:.4g} kPa, so it never reaches "
+            f"{highest / 1e3:.4g} kPa, the highest pressure of the profile including the band",
+            "use a stronger pump, or lower the profile",
+        )
+    energy = load.gas_constant * load.temperature
+    ambient = load.ambient_pressure
+    density = ambient / energy
+    squares = (ambient + load.valve.pressure) ** 2 - ambient**2
+    return AirLine(
+        set_point=shown, initial_volume=chamber.volume, volume_ratio=load.volume_ratio,
+        side_volume=side, line_volume=load.line_volume + 0.5 * tube.volume,
+        specific_energy=energy, ambient_pressure=ambient, tube=tube,
+        valve=density * load.valve.flow / squares, pump_flow=density * load.pump.flow,
+        stall=load.pump.stall, band=load.band,
+    )  # fmt: skip
+
+
+SOURCES: dict[type, Callable[[Any, RestingChamber], PressureSource]] = {
+    scene_loads.FollowerPressureSpec: follower_source,
+    scene_loads.AddedVolumeSpec: added_volume,
+    scene_loads.AddedGasSpec: added_gas,
+    scene_loads.Pneumatic: air_line,
+}
 
 
 # -------------------------------------------------------------------------------------------------

@@ -1,35 +1,20 @@
-"""Conditions on node sets: held or prescribed motion, masses, velocities; profiles over time."""
+"""Conditions on node sets: held components, masses, velocities; probes of node sets."""
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
-from softsim.builder.chambers import joined_facets, lids, refuse_open_chamber
+from softsim.builder.chambers import lids, refuse_open_chamber
 from softsim.compute.mass_scaling import MassScaling, edges_of, grouped
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.ring_section import RingSection
-from softsim.loads import profile as profiles
-from softsim.loads.prescribed import PrescribedMotion
-from softsim.loads.profile import Profile
+from softsim.loads.load import joined_facets
 from softsim.mesh.mesh import SURFACE
 from softsim.model import Body, Probe
 from softsim.scene import conditions, outputs
-from softsim.scene.conditions import Prescribed, RigidMotionSpec, WallMotion
 from softsim.scene.names import Names, in_mm
-from softsim.scene.profiles import (
-    Constant,
-    CyclesProfile,
-    NaturalDeflationProfile,
-    PeriodicCycles,
-    Ramp,
-    Sine,
-    SmoothStep,
-    TableSpec,
-)
-from softsim.scene.quantities import Spec
 from softsim.scene.text import Keys
 from softsim.structures.structure import Structure
 from softsim.structures.ties import Ties
@@ -110,32 +95,6 @@ def held_components(names: Names, bodies: tuple[Body, ...], points: np.ndarray) 
                 )
             held[nodes, axis] = True
     return held
-
-
-def prescribed(names: Names, held: np.ndarray) -> dict[str, PrescribedMotion]:
-    """Return the prescribed motions by name.
-
-    Raises SceneError if a component has two of them or is held otherwise.
-    """
-    taken = held.copy()
-    result = {}
-    for name, condition in names.scene.conditions.items():
-        if not isinstance(condition, conditions.Prescribed):
-            continue
-        keys = ("conditions", name)
-        nodes = names.node_set(condition.nodes, (*keys, "nodes"))
-        axis = names.axis(condition.direction, (*keys, "direction"))
-        if taken[nodes, axis].any():
-            raise names.loaded.error(
-                (*keys, "nodes"),
-                f"a node of '{condition.nodes}' is already fixed or prescribed along "
-                f"{condition.direction}",
-                "only one condition can prescribe a component",
-            )
-        taken[nodes, axis] = True
-        profile = displacement(names, condition, keys)
-        result[f"conditions.{name}"] = PrescribedMotion(nodes, axis, profile)
-    return result
 
 
 def initial_velocity(
@@ -262,62 +221,3 @@ def refuse_radius_without_axis(names: Names, kind: str, keys: Keys) -> None:
             f"a {names.geometry.name} model has no axis from which a radius could be measured",
             "record the displacement",
         )
-
-
-# -------------------------------------------------------------------------------------------------
-# Profiles over time that a scene describes, of conditions and of loads.
-
-CURVES: dict[type, Callable[..., Profile]] = {
-    Constant: lambda end, value, ramp: profiles.constant(value, ramp),
-    Ramp: lambda end, value, duration: profiles.constant(value, duration),
-    SmoothStep: lambda end, value, duration: profiles.smooth_rise(duration).times_factor(value),
-    Sine: profiles.sine,
-    TableSpec: lambda end, points: Profile(*np.array(points, dtype=float).T),
-    PeriodicCycles: profiles.periodic_cycles,
-    CyclesProfile: lambda end, **said: profiles.cycles(**said),
-    NaturalDeflationProfile: lambda end, **said: profiles.natural_deflation(**said),
-}
-
-
-def built_profile(data: Spec, end: float) -> Profile:
-    """Return the profile that a scene describes.
-
-    Parameters
-    ----------
-    data : Part
-        Any profile of scene/profiles.py, except cycles by events.
-    end : float
-        Time [s] until which a profile without an end of its own is written out.
-    """
-    curve = next(CURVES[each] for each in type(data).__mro__ if each in CURVES)
-    said = {name: getattr(data, name) for name in type(data).model_fields if name != "kind"}
-    return curve(end=end, **said)
-
-
-def over_the_run(names: Names, data: Spec, keys: Keys) -> Profile:
-    """Return the profile over time [s] of the whole run, up to the end of its step."""
-    start, time = names.beginning.of(keys), names.beginning.time
-    return built_profile(data, time + names.scene.time.end - start).delayed(start)
-
-
-def displacement(
-    names: Names, motion: Prescribed | RigidMotionSpec | WallMotion, keys: Keys
-) -> Profile:
-    """Return a displacement [m over s of the whole run], which starts from zero."""
-    if motion.displacement is None:
-        return _integrated_velocity(names, motion.velocity, keys)
-    profile = over_the_run(names, motion.displacement, keys)
-    if profile.values[0] != 0.0 or profile.times[0] != names.beginning.of(keys):
-        raise names.loaded.error(
-            (*keys, "displacement"),
-            "the displacement must start with [0 s, 0 mm]",
-            "a jump at the start would mean an infinite velocity",
-        )
-    return profile
-
-
-def _integrated_velocity(names: Names, velocity: Any, keys: Keys) -> Profile:
-    """Return the displacement [m over s of the whole run] of a velocity."""
-    start, time = names.beginning.of(keys), names.beginning.time
-    end = time + names.scene.time.end - start
-    return built_profile(velocity, end).integrated(end).delayed(start)

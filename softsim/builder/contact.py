@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from softsim.contact.adhesion import Adhesion, CohesiveLaw, PairLaws, SeparationRate
-from softsim.contact.surface_contact import ContactData
+from softsim.contact.surface_contact import ALLOWED_PENETRATION, ContactData
 from softsim.contact.wall import Wall
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.plane_strain import PlaneStrain
@@ -28,43 +28,15 @@ from softsim.mesh.mesh import (
 from softsim.mesh.surface import depth_in_surface, side_lengths
 from softsim.model import Body, SelfContactData
 from softsim.rigid import RigidBodyData
-from softsim.scene import walls
 from softsim.scene.conditions import Fixed, Symmetry
 from softsim.scene.names import Names, close_names, in_mm
 from softsim.scene.text import Keys
 from softsim.scene.walls import AdhesionRateSpec, AdhesionSpec, Contact
 from softsim.structures.ties import Ties
 
-# A node may start this far inside a wall: rounding of a shape that just fits.
-ALLOWED_PENETRATION = 1e-9
-
 SHORTER_THAN_DEPTH = (
     "the range of the adhesion is shorter than the depth F / k_n of the penalty contact"
 )
-
-
-@dataclass(frozen=True)
-class PenaltyStiffness:
-    """Penalty stiffness (n,) [N/m] and mass (n,) [kg] that a contact has to move, per node."""
-
-    settings: walls.Contact
-    penalty: np.ndarray
-    effective_mass: np.ndarray
-
-    def contact(self, nodes: np.ndarray, friction_coefficient: float) -> ContactData:
-        """Return the contact data of `nodes` with `damping_ratio` times the critical damping."""
-        k_n, m = self.penalty[nodes], self.effective_mass[nodes]
-        moving = np.where(np.isfinite(m), m, 0.0)  # a fixed node needs no dashpot
-        damping = 2.0 * self.settings.damping_ratio * np.sqrt(k_n * moving)
-        return ContactData(
-            nodes=nodes,
-            penalty_stiffness=k_n,
-            tangential_stiffness=self.settings.tangential_stiffness_ratio * k_n,
-            damping=damping,
-            tangential_damping=self.settings.tangential_damping_fraction * damping,
-            effective_mass=m,
-            friction_coefficient=friction_coefficient,
-        )
 
 
 def penalty_stiffness(names: Names, bodies: Sequence[Body], node_count: int) -> np.ndarray:

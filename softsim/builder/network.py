@@ -6,12 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from softsim.builder.conditions import over_the_run
-from softsim.builder.loads import (
-    LoadTargets,
-    RestingChamber,
-    chamber_pressure,
-)
+from softsim.builder.chambers import RestingChamber, Targets, chamber_pressure
 from softsim.loads.load import Load
 from softsim.loads.network import (
     AMBIENT,
@@ -24,7 +19,7 @@ from softsim.loads.network import (
     Supply,
 )
 from softsim.loads.pressure import ATMOSPHERE, FollowerPressure
-from softsim.loads.profile import Profile, constant
+from softsim.loads.profile import Profile, constant, over_the_run
 from softsim.scene.names import Names, close_names
 from softsim.scene.outputs import probe_columns
 from softsim.scene.pneumatics import (
@@ -47,7 +42,7 @@ PLACE = ("pneumatics",)
 ALWAYS = constant(1.0, 0.0)
 
 
-def built_network(loaded: LoadTargets, others: Mapping[str, Load]) -> dict[str, Load]:
+def built_network(loaded: Targets, others: Mapping[str, Load]) -> dict[str, Load]:
     """Return the network of a scene and the pressures of its chambers by name; others: all loads.
 
     It is empty without a network.
@@ -202,7 +197,7 @@ def liquid(spec: LiquidSpec) -> Fluid:
 class _Making:
     """Translation of the nodes and edges of a network."""
 
-    loaded: LoadTargets
+    loaded: Targets
     fluid: Fluid
 
     @property

@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from softsim.builder.contact import ALLOWED_PENETRATION
 from softsim.contact import pipe_layout
 from softsim.contact.pipe_network import PipeNetwork
+from softsim.contact.surface_contact import ALLOWED_PENETRATION
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import SceneError
 from softsim.scene.names import Names, close_names, in_mm

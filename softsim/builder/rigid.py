@@ -3,18 +3,16 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from softsim.builder.conditions import displacement
-from softsim.builder.contact import ALLOWED_PENETRATION, PenaltyStiffness
 from softsim.contact.polyline import checked_polyline
 from softsim.contact.simple_walls import Cylinder, Sphere
+from softsim.contact.surface_contact import ALLOWED_PENETRATION, PenaltyStiffness
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import MeshError
-from softsim.loads.prescribed import RigidMotion
 from softsim.mesh.mesh import SURFACE, signed_volumes, simplex_facets
 from softsim.mesh.reading import read_mesh
 from softsim.mesh.surface import divided, in_order, read_surface, refuse_flat
 from softsim.model import Body, OutlineData
-from softsim.rigid import RigidBodyData
+from softsim.rigid import DIRECTIONS, RigidBodyData, freedom
 from softsim.scene import conditions
 from softsim.scene.bodies import BallOutline, RigidBody, RigidSurface
 from softsim.scene.names import Names, PlacedSurface, in_mm
@@ -22,45 +20,12 @@ from softsim.scene.text import Keys
 from softsim.scene.walls import PipeWall, PlaneWall
 from softsim.units import format_quantity
 
-# Of a model of each kind, in the order x, y, z, rotations about x, y, z.
-PLANE_FREEDOM = (True, True, False, False, False, True)
-AXIAL_FREEDOM = (False, True, False, False, False, False)
-SPACE_FREEDOM = (True, True, True, True, True, True)
-DIRECTIONS = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
-
 # Points that stand for a round outline where it meets a wall.
 POINTS_AROUND = 24
 # Lengths into which the sides of a cylinder are divided where walls may bulge and so touch between
 # its corners: in the plane, and in space. Of a bend's inner side, of radius r, they miss length^2 /
 # 8 r: with a frame of 33 mm and r = 40 mm that is 3 um, and 24 um in space.
 LENGTHS_ALONG = {2: 32, 3: 12}
-
-
-def model_freedom(names: Names) -> tuple[bool, ...]:
-    """Return the degrees of freedom that a rigid body has in this kind of model."""
-    if names.dimension == 3:
-        return SPACE_FREEDOM
-    return AXIAL_FREEDOM if isinstance(names.geometry, Axisymmetric) else PLANE_FREEDOM
-
-
-def freedom(names: Names, name: str) -> tuple[bool, ...]:
-    """Return True for the degrees of freedom of a rigid body that may move."""
-    possible = model_freedom(names)
-    asked = names.scene.rigid_bodies[name].free
-    if asked is None:
-        return possible
-    turns = ("rotation_x", "rotation_y", "rotation_z")
-    named = [d for word in asked for d in (turns if word == "rotation" else (word,))]
-    for k, word in enumerate(asked):
-        wanted = turns if word == "rotation" else (word,)
-        if not any(possible[DIRECTIONS.index(d)] for d in wanted):
-            there = ", ".join(d for d, yes in zip(DIRECTIONS, possible, strict=True) if yes)
-            raise names.loaded.error(
-                ("rigid_bodies", name, "free", k),
-                f"'{name}' cannot move in {word} in this type of model",
-                f"directions of a rigid body here: {there}",
-            )
-    return tuple(d in named and yes for d, yes in zip(DIRECTIONS, possible, strict=True))
 
 
 def free_to_move(names: Names, name: str) -> tuple[bool, ...]:
@@ -72,32 +37,6 @@ def free_to_move(names: Names, name: str) -> tuple[bool, ...]:
     }
     free = zip(DIRECTIONS, freedom(names, name), strict=True)
     return tuple(yes and d not in moved for d, yes in free)
-
-
-def rigid_motions(names: Names) -> dict[str, RigidMotion]:
-    """Return the prescribed motions of rigid bodies by name.
-
-    Raises SceneError if a direction has two of them or cannot move.
-    """
-    result: dict[str, RigidMotion] = {}
-    for key, condition in names.scene.conditions.items():
-        if not isinstance(condition, conditions.RigidMotionSpec):
-            continue
-        keys = ("conditions", key)
-        body = names.rigid_number(condition.body, (*keys, "body"))
-        axis = names.axis(condition.direction, (*keys, "direction"))
-        if not freedom(names, condition.body)[axis] or (body, axis) in [
-            (motion.body, motion.axis) for motion in result.values()
-        ]:
-            raise names.loaded.error(
-                (*keys, "direction"),
-                f"'{condition.body}' is already held or moved along {condition.direction}",
-                f"free this direction (rigid_bodies.{condition.body}.free), and use only one "
-                "condition for it",
-            )
-        profile = displacement(names, condition, keys)
-        result[f"conditions.{key}"] = RigidMotion(body, axis, profile)
-    return result
 
 
 def tied_nodes(names: Names, is_free: np.ndarray) -> list[np.ndarray]:

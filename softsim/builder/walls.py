@@ -8,19 +8,17 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from softsim.builder.conditions import displacement
-from softsim.builder.contact import ALLOWED_PENETRATION
 from softsim.builder.pipe_path import overlap, pipe_networks
 from softsim.contact import terrain
 from softsim.contact.grid import DistanceGrid, SpacingError, TriangleSurface, gridded
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.polyline import Polyline, PolylineWall, checked_polyline
 from softsim.contact.simple_walls import Cylinder, HalfSpaces, RoundPipes, Sphere
-from softsim.contact.surface_contact import ContactData
+from softsim.contact.surface_contact import ALLOWED_PENETRATION, ContactData
 from softsim.contact.wall import FittedWall, Wall
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import MeshError, SceneError
-from softsim.loads.prescribed import MovingWall
+from softsim.loads.prescribed import MovingWall, displacement
 from softsim.mesh.mesh import SURFACE
 from softsim.mesh.reading import read_points
 from softsim.mesh.surface import nodal_extents, read_surface, weights_in_line

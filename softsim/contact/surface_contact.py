@@ -22,6 +22,7 @@ from softsim.contact.forces import (
     slip,
 )
 from softsim.contact.wall import FixedFrame, Obstacle
+from softsim.scene.walls import Contact
 
 RESTS = 1e-6
 """Slip in an increment over elastic slip, below which a node at its friction limit is at rest.
@@ -29,6 +30,10 @@ RESTS = 1e-6
 It amounts to some um/s. A limit that approaches its value slowly lets a node creep, ever more
 slowly.
 """
+
+
+# A node may start this far inside a wall: rounding of a shape that just fits.
+ALLOWED_PENETRATION = 1e-9
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,30 @@ class ContactData:
     tangential_damping: np.ndarray
     effective_mass: PerScenario[np.ndarray]
     friction_coefficient: PerScenario[float]
+
+
+@dataclass(frozen=True)
+class PenaltyStiffness:
+    """Penalty stiffness (n,) [N/m] and mass (n,) [kg] that a contact has to move, per node."""
+
+    settings: Contact
+    penalty: np.ndarray
+    effective_mass: np.ndarray
+
+    def contact(self, nodes: np.ndarray, friction_coefficient: float) -> ContactData:
+        """Return the contact data of `nodes` with `damping_ratio` times the critical damping."""
+        k_n, m = self.penalty[nodes], self.effective_mass[nodes]
+        moving = np.where(np.isfinite(m), m, 0.0)  # a fixed node needs no dashpot
+        damping = 2.0 * self.settings.damping_ratio * np.sqrt(k_n * moving)
+        return ContactData(
+            nodes=nodes,
+            penalty_stiffness=k_n,
+            tangential_stiffness=self.settings.tangential_stiffness_ratio * k_n,
+            damping=damping,
+            tangential_damping=self.settings.tangential_damping_fraction * damping,
+            effective_mass=m,
+            friction_coefficient=friction_coefficient,
+        )
 
 
 class SurfaceContact(NodalForces, Dissipation):

@@ -10,9 +10,12 @@ from softsim.compute import backend
 from softsim.compute.fields import index_field, once, real_field, vector_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, PerScenario, Stage, Term, WorkingTerm
-from softsim.loads.load import Load
+from softsim.elements.geometry import nodal_sums
+from softsim.loads.load import Load, LoadTargets, joined_facets, sized
 from softsim.loads.profile import Profile, ProfileTable
 from softsim.rigid import RigidBodies
+from softsim.scene import loads as scene_loads
+from softsim.scene.text import Keys
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,3 +273,87 @@ class RigidForceTerm(Term):
     def pull(self, s, i, t, dt):
         """Apply the force of time t."""
         self.rigid_bodies.apply(s, self.body, self.table.at(s, t) * self.force[s])
+
+
+# -------------------------------------------------------------------------------------------------
+# Forces of a scene.
+
+
+def nodal_force(
+    loaded: LoadTargets,
+    load: scene_loads.NodalForceSpec | scene_loads.DirectedNodalForce,
+    keys: Keys,
+) -> NodalForce:
+    """Return a force on a node set."""
+    names = loaded.names
+    nodes = names.node_set(load.nodes, (*keys, "nodes"))
+    if not loaded.is_free[nodes].any(axis=1).all():
+        raise names.loaded.error(
+            (*keys, "nodes"),
+            f"a node of '{load.nodes}' is fixed or tied, so a force on it has no effect",
+            "load free nodes, or apply the load to the rigid body",
+        )
+    share = loaded.mass[nodes] / loaded.mass[nodes].sum()
+    force, factor = sized(loaded, load, "force", keys)
+    return NodalForce(nodes, np.outer(share, force), factor)
+
+
+def surface_traction(
+    loaded: LoadTargets,
+    load: scene_loads.SurfaceTraction | scene_loads.DirectedTraction,
+    keys: Keys,
+) -> NodalForce:
+    """Return a force per area at rest on facets: on each corner int N_a t dA."""
+    names = loaded.names
+    facets = joined_facets(names, load.facets, keys)
+    areas = np.zeros(facets.shape)
+    for body, region, chosen in names.bounded(facets):
+        of_body = facets[chosen] - body.first_node
+        areas[chosen] = region.geometry.corner_areas(body.mesh.points, of_body)
+    measure = nodal_sums(facets, areas, len(loaded.points))
+    return distributed(measure, *sized(loaded, load, "traction", keys))
+
+
+def body_force(
+    loaded: LoadTargets, load: scene_loads.BodyForce | scene_loads.DirectedBodyForce, keys: Keys
+) -> NodalForce:
+    """Return a force per volume at rest on bodies, by their lumped volume."""
+    names = loaded.names
+    volumes = np.zeros(len(loaded.points))
+    for k, name in enumerate(load.bodies):
+        if name not in names.bodies:
+            known = ", ".join(names.bodies)
+            raise names.loaded.error(
+                (*keys, "bodies", k), f"there is no body '{name}'", f"known: {known}"
+            )
+        body = next(b for b in loaded.bodies if b.name == name)
+        for r in body.regions:
+            shares = r.geometry.mass_shares(r.points, r.cells) * r.volumes[:, None]
+            volumes[r.nodes] += nodal_sums(r.cells, shares, len(r.points))
+    return distributed(volumes, *sized(loaded, load, "density", keys))
+
+
+def distributed(measure: np.ndarray, per_measure: np.ndarray, factor: Profile) -> NodalForce:
+    """Return a force per area or volume on the nodes with a nonzero measure.
+
+    measure: (n,) [m^2, m^3], area or volume of each node.
+    """
+    nodes = np.flatnonzero(measure)
+    return NodalForce(nodes, np.outer(measure[nodes], per_measure), factor)
+
+
+def rigid_force(
+    loaded: LoadTargets,
+    load: scene_loads.RigidForceSpec | scene_loads.DirectedRigidForce,
+    keys: Keys,
+) -> RigidForce:
+    """Return a force on a rigid body."""
+    names = loaded.names
+    body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
+    return RigidForce(body, *sized(loaded, load, "force", keys))
+
+
+def axial_relief(loaded: LoadTargets, load: scene_loads.AxialReliefSpec, keys: Keys) -> AxialRelief:
+    """Return the relief of a rigid body from a fraction of the total weight along its axis."""
+    body = loaded.names.rigid_number(load.acts_on, (*keys, "acts_on"))
+    return AxialRelief(body, load.share * loaded.total_mass)

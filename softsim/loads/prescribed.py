@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -14,8 +15,11 @@ from softsim.compute.term import Pass, PerScenario, Stage, Term, WorkingTerm
 from softsim.contact.forces import NodalForces
 from softsim.contact.wall import FixedFrame, Obstacle, Wall
 from softsim.loads.load import Load
-from softsim.loads.profile import Profile, ProfileTable
-from softsim.rigid import RigidBodies
+from softsim.loads.profile import Profile, ProfileTable, built_profile, over_the_run
+from softsim.rigid import RigidBodies, freedom
+from softsim.scene.conditions import Prescribed, RigidMotionSpec, WallMotion
+from softsim.scene.names import Names
+from softsim.scene.text import Keys
 
 
 @dataclass(frozen=True, eq=False)
@@ -322,3 +326,82 @@ class MovingFrame(FixedFrame):
         u = v
         u[self.axis] -= self.speed[s]
         return u
+
+
+# -------------------------------------------------------------------------------------------------
+# Prescribed motions of a scene.
+
+
+def prescribed(names: Names, held: np.ndarray) -> dict[str, PrescribedMotion]:
+    """Return the prescribed motions by name.
+
+    Raises SceneError if a component has two of them or is held otherwise.
+    """
+    taken = held.copy()
+    result = {}
+    for name, condition in names.scene.conditions.items():
+        if not isinstance(condition, Prescribed):
+            continue
+        keys = ("conditions", name)
+        nodes = names.node_set(condition.nodes, (*keys, "nodes"))
+        axis = names.axis(condition.direction, (*keys, "direction"))
+        if taken[nodes, axis].any():
+            raise names.loaded.error(
+                (*keys, "nodes"),
+                f"a node of '{condition.nodes}' is already fixed or prescribed along "
+                f"{condition.direction}",
+                "only one condition can prescribe a component",
+            )
+        taken[nodes, axis] = True
+        profile = displacement(names, condition, keys)
+        result[f"conditions.{name}"] = PrescribedMotion(nodes, axis, profile)
+    return result
+
+
+def rigid_motions(names: Names) -> dict[str, RigidMotion]:
+    """Return the prescribed motions of rigid bodies by name.
+
+    Raises SceneError if a direction has two of them or cannot move.
+    """
+    result: dict[str, RigidMotion] = {}
+    for key, condition in names.scene.conditions.items():
+        if not isinstance(condition, RigidMotionSpec):
+            continue
+        keys = ("conditions", key)
+        body = names.rigid_number(condition.body, (*keys, "body"))
+        axis = names.axis(condition.direction, (*keys, "direction"))
+        if not freedom(names, condition.body)[axis] or (body, axis) in [
+            (motion.body, motion.axis) for motion in result.values()
+        ]:
+            raise names.loaded.error(
+                (*keys, "direction"),
+                f"'{condition.body}' is already held or moved along {condition.direction}",
+                f"free this direction (rigid_bodies.{condition.body}.free), and use only one "
+                "condition for it",
+            )
+        profile = displacement(names, condition, keys)
+        result[f"conditions.{key}"] = RigidMotion(body, axis, profile)
+    return result
+
+
+def displacement(
+    names: Names, motion: Prescribed | RigidMotionSpec | WallMotion, keys: Keys
+) -> Profile:
+    """Return a displacement [m over s of the whole run], which starts from zero."""
+    if motion.displacement is None:
+        return _integrated_velocity(names, motion.velocity, keys)
+    profile = over_the_run(names, motion.displacement, keys)
+    if profile.values[0] != 0.0 or profile.times[0] != names.beginning.of(keys):
+        raise names.loaded.error(
+            (*keys, "displacement"),
+            "the displacement must start with [0 s, 0 mm]",
+            "a jump at the start would mean an infinite velocity",
+        )
+    return profile
+
+
+def _integrated_velocity(names: Names, velocity: Any, keys: Keys) -> Profile:
+    """Return the displacement [m over s of the whole run] of a velocity."""
+    start, time = names.beginning.of(keys), names.beginning.time
+    end = time + names.scene.time.end - start
+    return built_profile(velocity, end).integrated(end).delayed(start)

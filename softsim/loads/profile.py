@@ -1,5 +1,6 @@
 """Value over time as a table of points, linear in between and constant after the last."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +9,19 @@ import taichi as ti
 from softsim.compute.fields import index_field, real_field, shape_of, write_row
 from softsim.compute.term import PerScenario
 from softsim.errors import SimulationError
+from softsim.scene.names import Names
+from softsim.scene.profiles import (
+    Constant,
+    CyclesProfile,
+    NaturalDeflationProfile,
+    PeriodicCycles,
+    Ramp,
+    Sine,
+    SmoothStep,
+    TableSpec,
+)
+from softsim.scene.quantities import Spec
+from softsim.scene.text import Keys
 
 # Points a time constant on an exponential: the chord is off by at most 1/(8 n^2), 2e-5 of it.
 POINTS_PER_TIME_CONSTANT = 80
@@ -326,3 +340,40 @@ class ProfileTable:
 def padded(values: np.ndarray, length: int) -> np.ndarray:
     """Return `values` with the last one repeated up to `length`."""
     return np.concatenate([values, np.full(length - len(values), values[-1])])
+
+
+# -------------------------------------------------------------------------------------------------
+# Profiles that a scene describes.
+
+
+CURVES: dict[type, Callable[..., Profile]] = {
+    Constant: lambda end, value, ramp: constant(value, ramp),
+    Ramp: lambda end, value, duration: constant(value, duration),
+    SmoothStep: lambda end, value, duration: smooth_rise(duration).times_factor(value),
+    Sine: sine,
+    TableSpec: lambda end, points: Profile(*np.array(points, dtype=float).T),
+    PeriodicCycles: periodic_cycles,
+    CyclesProfile: lambda end, **said: cycles(**said),
+    NaturalDeflationProfile: lambda end, **said: natural_deflation(**said),
+}
+
+
+def built_profile(data: Spec, end: float) -> Profile:
+    """Return the profile that a scene describes.
+
+    Parameters
+    ----------
+    data : Part
+        Any profile of scene/profiles.py, except cycles by events.
+    end : float
+        Time [s] until which a profile without an end of its own is written out.
+    """
+    curve = next(CURVES[each] for each in type(data).__mro__ if each in CURVES)
+    said = {name: getattr(data, name) for name in type(data).model_fields if name != "kind"}
+    return curve(end=end, **said)
+
+
+def over_the_run(names: Names, data: Spec, keys: Keys) -> Profile:
+    """Return the profile over time [s] of the whole run, up to the end of its step."""
+    start, time = names.beginning.of(keys), names.beginning.time
+    return built_profile(data, time + names.scene.time.end - start).delayed(start)

@@ -24,8 +24,10 @@ from softsim.compute import backend
 from softsim.compute.fields import real_field, vector_field, write_row
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import PerScenario, Term
-from softsim.loads.load import Load
+from softsim.loads.load import Load, LoadTargets
 from softsim.rigid import RigidBodies
+from softsim.scene import loads as scene_loads
+from softsim.scene.text import Keys
 
 
 @dataclass(frozen=True)
@@ -192,3 +194,40 @@ class CarriedRotorTerm(RotorTerm):
     def in_space(self, s, force):
         """Return the force (d) [N] in space of a force in the body's axes."""
         return self.rigid_bodies.to_space(s, self.body, force)
+
+
+# -------------------------------------------------------------------------------------------------
+# Rotors of a scene.
+
+
+def eccentric_motor(
+    loaded: LoadTargets, load: scene_loads.EccentricMass, keys: Keys
+) -> CarriedRotor:
+    """Return a vibration motor on a rigid body."""
+    rotor = eccentric_mass(
+        load.factor * load.eccentric_mass, load.radius, load.frequency,
+        np.array(load.rotation_axis), load.sense, load.spin_up, load.phase,
+        loaded.names.dimension,
+    )  # fmt: skip
+    begun = replace(rotor, start=loaded.names.beginning.of(keys))
+    return CarriedRotor(shaken_body(loaded, load.acts_on, keys), begun)
+
+
+def sinusoid(loaded: LoadTargets, load: scene_loads.SinusoidalForce, keys: Keys) -> Rotor:
+    """Return a sinusoidal force on a rigid body."""
+    direction = loaded.names.vector(load.direction, (*keys, "direction"))
+    rotor = sinusoidal_force(load.amplitude, direction, load.frequency, load.spin_up, load.phase)
+    begun = replace(rotor, start=loaded.names.beginning.of(keys))
+    return Rotor(shaken_body(loaded, load.acts_on, keys), begun)
+
+
+def shaken_body(loaded: LoadTargets, acts_on: str, keys: Keys) -> int:
+    """Return the number of the rigid body on which a vibration acts."""
+    names = loaded.names
+    if names.scene.time.procedure == "static":
+        raise names.loaded.error(
+            keys,
+            f"'{keys[-1]}' vibrates, so a static procedure cannot find an equilibrium",
+            "leave the motor out, or write time.procedure: dynamic",
+        )
+    return names.rigid_number(acts_on, (*keys, "acts_on"))

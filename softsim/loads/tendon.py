@@ -17,8 +17,10 @@ from softsim.compute.fields import once, real_field, vector_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.samples import Samples
 from softsim.compute.term import PerScenario, Term
-from softsim.loads.load import Load, RigidSpring
-from softsim.rigid import RigidBodies
+from softsim.loads.load import Load, LoadTargets, RigidSpring
+from softsim.rigid import RigidBodies, freedom
+from softsim.scene.loads import TendonSpec
+from softsim.scene.text import Keys
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,3 +108,20 @@ class TendonTerm(Term):
         """Return k e^2 / 2 [J]."""
         e = self.elongation(s)
         return once(part) * 0.5 * self.stiffness[s] * e * e
+
+
+def tendon(loaded: LoadTargets, load: TendonSpec, keys: Keys) -> Tendon:
+    """Return a tendon that holds a rigid body."""
+    names = loaded.names
+    body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
+    direction = names.vector(load.direction, (*keys, "direction"))
+    free = np.array(freedom(names, load.acts_on)[: names.dimension])
+    if not direction[free].any():
+        raise names.loaded.error(
+            (*keys, "direction"),
+            f"'{load.acts_on}' cannot move along {list(load.direction)}, so the tendon could "
+            "never become taut",
+            f"free this direction (rigid_bodies.{load.acts_on}.free), or change the direction of "
+            "the tendon",
+        )
+    return Tendon(body, load.stiffness, direction / np.linalg.norm(direction), load.slack)

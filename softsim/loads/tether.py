@@ -25,8 +25,11 @@ from softsim.compute.fields import Number, once, real_field, vector_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, PerScenario, Stage, Term
-from softsim.loads.load import Load, RigidSpring
-from softsim.rigid import RigidBodies
+from softsim.loads.load import Load, LoadTargets, RigidSpring
+from softsim.rigid import RigidBodies, freedom
+from softsim.scene.loads import TetherSpec
+from softsim.scene.names import Names
+from softsim.scene.text import Keys
 
 # -------------------------------------------------------------------------------------------------
 # Coulomb friction with memory along a line that turns: the drag of a tether or a cable's end.
@@ -315,3 +318,65 @@ class EndDragTerm(Term):
     def dissipated_energy(self, s, part):
         """Return the energy [J] dissipated so far by friction, and 0 for viscosity and damping."""
         return once(part) * ti.Vector([self.dissipation[s], 0.0])
+
+
+# -------------------------------------------------------------------------------------------------
+# Tethers of a scene.
+
+
+# Way [m] on which a tether's drag builds up, where no stiffness is given: what some 0.25 m of soft
+# tube stretch by (E A / L, 240 N/m) under a drag of 0.02 to 0.03 N, and far less than a gait.
+ELASTIC_SLIP = 0.1e-3
+
+
+def tether(loaded: LoadTargets, load: TetherSpec, keys: Keys) -> Tether:
+    """Return a tether that a rigid body trails."""
+    names = loaded.names
+    strength = float(np.linalg.norm(names.scene.environment.gravity))
+    body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
+    if load.drag > 0.0 and not freedom(names, load.acts_on)[0]:
+        raise names.loaded.error(
+            (*keys, "drag"),
+            f"'{load.acts_on}' cannot move along x, so the tether would exert no drag",
+            f"free this direction (rigid_bodies.{load.acts_on}.free), or write 0 N",
+        )
+    centre = names.vector(names.scene.rigid_bodies[load.acts_on].center, keys)
+    return Tether(
+        body=body,
+        point=centre + names.vector(load.at, (*keys, "at")),
+        stiffness=load.drag / ELASTIC_SLIP if load.stiffness == "auto" else load.stiffness,
+        drag=load.drag,
+        carried_mass=load.weight / strength if strength > 0.0 else 0.0,
+        turning_stiffness=turning_stiffness(names, load, keys),
+    )
+
+
+def turning_stiffness(names: Names, load: TetherSpec, keys: Keys) -> np.ndarray:
+    """Return the stiffness (3,) [N m/rad] of a tether against roll, yaw and pitch.
+
+    These are rotations about x, y and z.
+    """
+    if names.dimension == 2:
+        for key, given in (("roll", load.roll_stiffness), ("yaw", load.yaw_stiffness)):
+            if given > 0.0:
+                raise names.loaded.error(
+                    (*keys, f"{key}_stiffness"),
+                    f"a plane section has no {key}: it rotates about z only (pitch)",
+                    f"leave {key}_stiffness out",
+                )
+    return np.array([load.roll_stiffness, load.yaw_stiffness, load.pitch_stiffness])
+
+
+def end_drags(names: Names) -> dict[str, EndDrag]:
+    """Return the drags on the ends of cables, by name: friction of the part beyond the end."""
+    result = {}
+    for name, placed in names.cables.items():
+        drag = names.scene.cables[name].end_drag
+        place = placed.points[-1]
+        along = place - placed.points[-2]
+        axis = along / np.linalg.norm(along)
+        if drag > 0.0:
+            before, end = map(int, placed.nodes[-2:])
+            held = EndDrag(before, end, place, axis, drag / ELASTIC_SLIP, drag)
+            result[f"cables.{name}.end_drag"] = held
+    return result

@@ -1,7 +1,10 @@
-"""Loads: pressure in chambers, motors, forces, tendons, tethers, pulled cables."""
+"""Loads: pressure in chambers, motors, forces, tendons, tethers, pulled cables.
+
+`built_by` of a class is the entry point of the function that builds the load.
+"""
 
 from itertools import pairwise
-from typing import Annotated, Any, Generic, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Generic, Literal, TypeVar
 
 from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
 
@@ -63,6 +66,7 @@ AS_GIVEN: dict[str, Any] = {"on_skin": (), "factor": 1.0, "offset": 0.0}
 class FollowerPressureSpec(Spec):
     """Pressure on facets, normal to the deformed surface."""
 
+    built_by: ClassVar[str] = "softsim.builder.chambers:pressure"
     kind: Literal["follower_pressure"] = Field(description="Kind of load.")
     facets: tuple[SetReference, ...] = Field(
         min_length=1,
@@ -138,6 +142,7 @@ class ChamberSpec(Spec):
 class AddedVolumeSpec(ChamberSpec):
     """Chamber filled with a liquid: the volume is prescribed and the pressure follows."""
 
+    built_by: ClassVar[str] = "softsim.builder.chambers:pressure"
     kind: Literal["added_volume"] = Field(description="Kind of load.")
     profile: VolumeProfile = Field(description="Volume added since the start, over time.")
 
@@ -166,6 +171,7 @@ class _Gas(ChamberSpec):
 class AddedGasSpec(_Gas):
     """Chamber filled with a prescribed mass of ideal gas at constant temperature."""
 
+    built_by: ClassVar[str] = "softsim.builder.chambers:pressure"
     kind: Literal["added_gas"] = Field(description="Kind of load.")
     profile: MassProfile = Field(description="Mass of gas added since the start, over time.")
 
@@ -215,6 +221,7 @@ class Pneumatic(_Gas):
     `air_supply` (1: pump on, -1: valve open, 0: neither).
     """
 
+    built_by: ClassVar[str] = "softsim.builder.chambers:pressure"
     kind: Literal["pneumatic"] = Field(description="Kind of load.")
     pump: Pump = Field(description="Pump that inflates the chamber.")
     valve: Valve = Field(description="Valve that deflates the chamber.")
@@ -255,6 +262,7 @@ class Pneumatic(_Gas):
 class EccentricMass(Spec):
     """Vibration motor: a rotating force m_e r_e omega^2 about an axis fixed to its body."""
 
+    built_by: ClassVar[str] = "softsim.loads.rotor:eccentric_motor"
     kind: Literal["eccentric_mass"] = Field(description="Kind of load.")
     acts_on: Text = Field(description="Rigid body that carries the motor.")
     eccentric_mass: PositiveMass = Field(
@@ -293,6 +301,7 @@ class EccentricMass(Spec):
 class SinusoidalForce(Spec):
     """Sinusoidal force along a fixed direction on a rigid body."""
 
+    built_by: ClassVar[str] = "softsim.loads.rotor:sinusoid"
     kind: Literal["sinusoidal_force"] = Field(description="Kind of load.")
     acts_on: Text = Field(description="Rigid body; the force acts at its centre of mass.")
     amplitude: PositiveForce = Field(description="Amplitude of the force.")
@@ -338,6 +347,7 @@ class Directed(Spec, Generic[P]):
 
 
 class _OfNodes(Spec):
+    built_by: ClassVar[str] = "softsim.loads.nodal:nodal_force"
     kind: Literal["nodal_force"] = Field(description="Kind of load.")
     nodes: SetReference = Field(description='Node set, such as "block.top".')
 
@@ -353,6 +363,7 @@ class DirectedNodalForce(_OfNodes, Directed[ForceProfile]):
 
 
 class _OfFacets(Spec):
+    built_by: ClassVar[str] = "softsim.loads.nodal:surface_traction"
     kind: Literal["surface_traction"] = Field(description="Kind of load.")
     facets: tuple[SetReference, ...] = Field(
         min_length=1, description="Facet sets, such as [block.top]."
@@ -372,6 +383,7 @@ class DirectedTraction(_OfFacets, Directed[StressProfile]):
 
 
 class _OfBodies(Spec):
+    built_by: ClassVar[str] = "softsim.loads.nodal:body_force"
     kind: Literal["body_force"] = Field(description="Kind of load.")
     bodies: tuple[Text, ...] = Field(min_length=1, description="Names of the bodies.")
 
@@ -387,6 +399,7 @@ class DirectedBodyForce(_OfBodies, Directed[ForceDensityProfile]):
 
 
 class _OfRigidBody(Spec):
+    built_by: ClassVar[str] = "softsim.loads.nodal:rigid_force"
     kind: Literal["rigid_force"] = Field(description="Kind of load.")
     acts_on: Text = Field(description="Name of the rigid body.")
 
@@ -406,6 +419,7 @@ class AxialReliefSpec(Spec):
     section that has fewer of the robot's spikes along the axis than across it.
     """
 
+    built_by: ClassVar[str] = "softsim.loads.nodal:axial_relief"
     kind: Literal["axial_relief"] = Field(description="Kind of load.")
     acts_on: Text = Field(
         description="Rigid body whose x axis is used and on which the force acts."
@@ -423,6 +437,7 @@ class TendonSpec(Spec):
     history gets a column `pull`, the tension of the first tendon.
     """
 
+    built_by: ClassVar[str] = "softsim.loads.tendon:tendon"
     kind: Literal["tendon"] = Field(description="Kind of load.")
     acts_on: Text = Field(description="Rigid body that the tendon holds, at its centre of mass.")
     stiffness: PositiveStiffness = Field(
@@ -443,6 +458,7 @@ class TetherSpec(Spec):
     gets a column `tether_drag`, the drag of the first tether, positive against forward motion.
     """
 
+    built_by: ClassVar[str] = "softsim.loads.tether:tether"
     kind: Literal["tether"] = Field(description="Kind of load.")
     acts_on: Text = Field(description="Rigid body that trails the tether.")
     drag: NotNegativeForce = Field(
@@ -483,6 +499,7 @@ class PulledCableSpec(OverTime):
     history gets the columns NAME_tension and NAME_drawn_in.
     """
 
+    built_by: ClassVar[str] = "softsim.structures.pulled_cable:pulled_cable"
     kind: Literal["pulled_cable"] = Field(description="Kind of load.")
     eyelets: tuple[Point, ...] = Field(
         min_length=2,

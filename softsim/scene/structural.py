@@ -153,3 +153,14 @@ class LayerSpec(Spec):
     youngs_modulus: PositivePressure = Field(description="Young's modulus.")
     poisson_ratio: Number = Field(default=0.3, ge=0.0, lt=0.5, description="Poisson's ratio.")
     density: PositiveDensity = Field(description="Mass density.")
+
+
+STRUCTURES = {
+    "cables": "softsim.structures.cable:cables",
+    "layers": "softsim.structures.layer:layers",
+    "fibres": "softsim.structures.fibre:fibres",
+}
+"""Key of a scene -> entry point of the function that builds its structures.
+
+The order is that of their forces in a sum.
+"""

@@ -16,6 +16,7 @@ stiffness and displaces no material: that of the body at the same place remains 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
@@ -28,10 +29,16 @@ from softsim.compute.fields import Number, index_field, real_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, Stage, Term
+from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.quadrature import cube_functions, simplex_gradients
-from softsim.mesh.surface import at, closest_on_facets
+from softsim.elements.ring_section import RingSection
+from softsim.mesh.mesh import SURFACE
+from softsim.mesh.surface import at, closest_on_facets, side_lengths
 from softsim.rigid import RigidBodies
+from softsim.scene.names import MeshedBody, Names, close_names, in_mm
+from softsim.scene.structural import Helix
+from softsim.scene.text import Keys
 from softsim.structures.structure import NodalStiffness, Structure
 
 BAR_LENGTHS = 0.1, 2.0
@@ -337,3 +344,198 @@ def shape_functions(
     weights, _ = cube_functions(xi, cells.shape[1])
     missed = np.linalg.norm(places - at(weights, corners), axis=1) / size
     return weights, np.maximum(np.abs(xi).max(axis=1) - 1.0, missed)
+
+
+# -------------------------------------------------------------------------------------------------
+# Places in bodies, and fibres of a scene.
+
+
+# Default distance from the surface that a place or a tied node may have, over the mean side of its
+# facets.
+SURFACE_TOLERANCE = 0.05
+
+
+def refuse_all_around(names: Names, what: str, keys: Keys) -> None:
+    """Raise SceneError in an axisymmetric or ring model, where `what` would be a closed sheet."""
+    if isinstance(names.geometry, Axisymmetric | RingSection):
+        raise names.loaded.error(
+            keys,
+            f"{what} in a model that is {names.geometry.name} would be a closed sheet around the "
+            "axis",
+            "write formulation solid or plane_strain, or use a layer instead",
+        )
+
+
+def usual_tolerance(body: MeshedBody) -> float:
+    """Return the default tolerance [m]: how far outside of a body a place may lie."""
+    facets, points = body.mesh.facet_sets[SURFACE], body.mesh.points
+    sides = side_lengths(points, facets)
+    return SURFACE_TOLERANCE * float(sides[sides > 0.0].mean())
+
+
+def in_bodies(
+    names: Names, places: np.ndarray, tolerance: float | None, keys: Keys
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the nodes (k, c) that each place (k, d) [m] follows, and their weights (k, c).
+
+    They belong to the body in which the place lies, or to which it is closest. tolerance: how far
+    it may lie outside [m], None: the usual one. Raises SceneError at `keys` with the number of a
+    place that is farther away.
+    """
+    found = []
+    for body in names.bodies.values():
+        mesh = body.mesh
+        nodes, weights, moved = embedded(places, mesh.points, mesh.cells, mesh.facet_sets[SURFACE])
+        most = usual_tolerance(body) if tolerance is None else tolerance
+        found.append((body.first_node + nodes, weights, moved, np.full(len(places), most)))
+    nodes, weights, moved, allowed = (np.stack(parts) for parts in zip(*found, strict=True))
+    closest, each = np.argmin(moved, axis=0), np.arange(len(places))
+    outside = np.flatnonzero(moved[closest, each] > allowed[closest, each])
+    if len(outside):
+        k = int(outside[0])
+        name = list(names.bodies)[closest[k]]
+        raise names.loaded.error(
+            (*keys, k),
+            f"{in_mm(places[k])} is outside all bodies: {moved[closest[k], k] * 1e3:.3g} mm from "
+            f"'{name}', more than the tolerance of {allowed[closest[k], k] * 1e3:.3g} mm",
+            "place it inside a body",
+        )
+    return nodes[closest, each], weights[closest, each]
+
+
+# A helix is a polygon with so many sides a turn, at least.
+LEAST_SIDES = 8
+
+MOST_BARS = 100_000
+"""Number of bars above which a fibre is refused: its places would not fit in memory."""
+
+
+def fibres(names: Names, points: np.ndarray, is_free: np.ndarray) -> list[Fibres]:
+    """Return the fibres of a scene as one structure, or nothing without fibres."""
+    found = tuple(fibre(names, name) for name in names.scene.fibres)
+    return [Fibres(found)] if found else []
+
+
+def fibre(names: Names, name: str) -> Fibre:
+    """Return a fibre of a scene.
+
+    Raises SceneError in an axisymmetric model or a ring section, for a fibre without a length, and
+    for one that leaves its body.
+    """
+    data, keys = names.scene.fibres[name], ("fibres", name)
+    refuse_all_around(names, "a fibre", keys)
+    if data.body not in names.bodies:
+        raise names.loaded.error(
+            (*keys, "body"),
+            f"there is no body '{data.body}'",
+            close_names(data.body, list(names.bodies), "bodies"),
+        )
+    body = names.bodies[data.body]
+    if data.helix is None:
+        places = along_corners(names, name)
+    else:
+        places = along_helix(names, data.helix, data.spacing, (*keys, "helix"))
+    points = body.mesh.points
+    nodes, weights, moved = embedded(places, points, body.mesh.cells, body.mesh.facet_sets[SURFACE])
+    refuse_outside(names, name, body, places, moved)
+    held = at(weights, points[nodes])
+    area = 0.25 * np.pi * data.diameter**2
+    return Fibre(
+        name=name,
+        corners=body.first_node + nodes,
+        weights=weights,
+        lengths=np.linalg.norm(np.diff(held, axis=0), axis=1),
+        stretching_stiffness=data.youngs_modulus * area,
+        mass_per_length=data.density * area,
+        bears_compression=data.bears_compression,
+    )
+
+
+def along_corners(names: Names, name: str) -> np.ndarray:
+    """Return places (k, d) [m] along a fibre: its points, and places evenly between them."""
+    data = names.scene.fibres[name]
+    assert data.points is not None
+    corners = [
+        names.vector(point, ("fibres", name, "points", k)) for k, point in enumerate(data.points)
+    ]
+    places = [corners[0]]
+    for k, (start, end) in enumerate(pairwise(corners)):
+        length = float(np.linalg.norm(end - start))
+        if length == 0.0:
+            raise names.loaded.error(
+                ("fibres", name, "points", k + 1),
+                f"'{name}' has two successive points at {in_mm(start)}",
+                "leave one of them out",
+            )
+        count = bar_count(names, length, data.spacing, ("fibres", name, "spacing"))
+        places += [start + (end - start) * step / count for step in range(1, count)]
+        places.append(end)
+    return np.array(places)
+
+
+def bar_count(names: Names, length: float, spacing: float, keys: Keys) -> int:
+    """Return the number of bars of about `spacing` [m] on a length [m] of a fibre.
+
+    Raises SceneError above MOST_BARS.
+    """
+    count = length / spacing
+    if not count <= MOST_BARS:
+        raise names.loaded.error(
+            keys,
+            f"a fibre of {length:.4g} m would have {count:.3g} bars; at most {MOST_BARS} are "
+            "possible",
+            "set spacing to about half of the element size; check pitch and turns of a helix",
+        )
+    return max(1, round(count))
+
+
+def along_helix(names: Names, helix: Helix, spacing: float, keys: Keys) -> np.ndarray:
+    """Return places (k, 3) [m], evenly spaced along a helix.
+
+    Raises SceneError in a section, and if the spacing makes too coarse a polygon of it.
+    """
+    if names.dimension == 2:
+        raise names.loaded.error(
+            keys,
+            "a helix is not possible in a plane section",
+            "write points, or use formulation solid",
+        )
+    axis = names.axis(helix.direction, (*keys, "direction"))
+    a_turn = float(np.hypot(2.0 * np.pi * helix.radius, helix.pitch))
+    if spacing * LEAST_SIDES > a_turn:
+        raise names.loaded.error(
+            (*keys[:-1], "spacing"),
+            f"a turn of the helix is {a_turn * 1e3:.4g} mm long, less than {LEAST_SIDES} bars of "
+            f"{spacing * 1e3:.4g} mm",
+            f"set spacing to at most {a_turn / LEAST_SIDES * 1e3:.3g} mm",
+        )
+    count = bar_count(names, helix.turns * a_turn, spacing, (*keys[:-1], "spacing"))
+    turned = helix.turns * np.linspace(0.0, 1.0, count + 1)
+    sense = 1.0 if helix.handedness == "right" else -1.0
+    angle = helix.start_angle + sense * 2.0 * np.pi * turned
+    across = [helix.radius * np.cos(angle), helix.radius * np.sin(angle)]
+    # The first column is along the axis; those after it follow as y after x.
+    places = np.roll(np.stack([helix.pitch * turned, *across], axis=1), axis, axis=1)
+    return places + names.vector(helix.center, (*keys, "center"))
+
+
+def refuse_outside(
+    names: Names, name: str, body: MeshedBody, places: np.ndarray, moved: np.ndarray
+) -> None:
+    """Raise SceneError if a place (k, d) [m] of a fibre is too far outside its body.
+
+    moved (k,) [m]: its distance from the body, which must not exceed the tolerance.
+    """
+    data = names.scene.fibres[name]
+    tolerance = usual_tolerance(body) if data.tolerance is None else data.tolerance
+    out = np.flatnonzero(moved > tolerance)
+    if not len(out):
+        return
+    worst = int(np.argmax(moved))
+    raise names.loaded.error(
+        ("fibres", name, "helix" if data.points is None else "points"),
+        f"'{name}' leaves body '{data.body}' at {in_mm(places[out[0]])}; at "
+        f"{in_mm(places[worst])} it is {moved[worst] * 1e3:.3g} mm outside, more than the "
+        f"tolerance of {tolerance * 1e3:.3g} mm",
+        f"place it inside the body, or raise the tolerance (fibres.{name}.tolerance)",
+    )

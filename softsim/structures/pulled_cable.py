@@ -32,9 +32,13 @@ from softsim.compute.fields import Number, index_field, once, real_field, vector
 from softsim.compute.nodes import Nodes
 from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, PerScenario, Stage, WorkingTerm
-from softsim.loads.load import Load
-from softsim.loads.profile import Profile, ProfileTable
+from softsim.loads.load import Load, LoadTargets, over_time
+from softsim.loads.profile import Profile, ProfileTable, over_the_run
 from softsim.rigid import RigidBodies
+from softsim.scene.loads import PulledCableSpec
+from softsim.scene.names import in_mm
+from softsim.scene.text import Keys
+from softsim.structures.fibre import in_bodies, refuse_all_around
 from softsim.structures.structure import NodalStiffness, Structure
 
 
@@ -210,3 +214,66 @@ class PulledCableTerm(WorkingTerm):
     def stored_energy(self, s, part):
         """Return k e^2 / 2 [J]."""
         return once(part) * 0.5 * self.stiffness[s] * self.elongation[s] * self.elongation[s]
+
+
+# -------------------------------------------------------------------------------------------------
+# Pulled cables of a scene.
+
+
+# Of a cable's length: eyelets that are no farther from each other are at one place.
+SAME_PLACE = 1e-6
+
+
+def pulled_cable(loaded: LoadTargets, load: PulledCableSpec, keys: Keys) -> PulledCable:
+    """Return a cable through eyelets."""
+    names = loaded.names
+    refuse_all_around(names, "a cable", keys)
+    places = np.array(
+        [names.vector(place, (*keys, "eyelets", k)) for k, place in enumerate(load.eyelets)]
+    )
+    corners, weights = in_bodies(names, places, load.tolerance, (*keys, "eyelets"))
+    anchors = np.zeros_like(places)
+    if load.pulled_from is not None:
+        anchor = names.vector(load.pulled_from, (*keys, "pulled_from"))
+        corners, weights = (np.pad(rows, ((1, 0), (0, 0))) for rows in (corners, weights))
+        anchors = np.concatenate([anchor[None], anchors])
+    pull, tension = driven(loaded, load, keys)
+    cable = PulledCable(
+        name=str(keys[-1]), corners=corners, weights=weights, anchors=anchors, rest_length=0.0,
+        stiffness=load.stiffness or 0.0, pull=pull, tension=tension,
+    )  # fmt: skip
+    held = cable.places(loaded.points)
+    pieces = np.linalg.norm(np.diff(held, axis=0), axis=1)
+    shortest = int(np.argmin(pieces))
+    if pieces[shortest] <= SAME_PLACE * pieces.sum():
+        at_anchor = load.pulled_from is not None and shortest == 0
+        raise names.loaded.error(
+            (*keys, "pulled_from" if at_anchor else "eyelets"),
+            f"two successive points of '{keys[-1]}' are at the same place, {in_mm(held[shortest])}",
+            "leave one of them out",
+        )
+    return replace(cable, rest_length=float(pieces.sum()))
+
+
+def driven(loaded: LoadTargets, load: PulledCableSpec, keys: Keys) -> tuple[Profile, Profile]:
+    """Return the drawn-in length [m] of a cable and its tension [N] over time [s] of the whole run.
+
+    The one that the scene does not give is zero.
+    """
+    names = loaded.names
+    key, given = "profile", None
+    for name, values in (
+        ("pull_profile", load.pull_profile), ("tension_profile", load.tension_profile)
+    ):  # fmt: skip
+        if values is not None:
+            key, given = name, over_the_run(names, values, keys)
+    course = over_time(loaded, load, keys) if given is None else given
+    if (course.values < 0.0).any():
+        raise names.loaded.error(
+            (*keys, key),
+            f"falls to {course.values.min():.4g}: a cable can only pull",
+            "use values of at least 0",
+        )
+    pull = 1.0 if key == "pull_profile" else load.pull or 0.0
+    tension = 1.0 if key == "tension_profile" else load.tension or 0.0
+    return course.times_factor(pull), course.times_factor(tension)

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from softsim.builder import built_profile
+from softsim.loads.profile import built_profile
 from validation import contact_rows, inclination, lowest_pressure, propulsion_force, prototypes
 from validation.cases import Outcome
 from validation.thesis import LOWEST, LOWEST_VERTICAL, WEIGHT

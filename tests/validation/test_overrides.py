@@ -2,7 +2,7 @@
 
 import pytest
 
-from softsim.builder import built_profile
+from softsim.loads.profile import built_profile
 from softsim.robots.pfr import pfr_section
 from softsim.scene.loading import load_scene
 from validation import prototypes

@@ -41,7 +41,7 @@ def test_names_are_unique():
 )
 def test_a_run_ends_with_its_last_cycle(overrides):
     """Not before the end of the last fall, and within 1 ms of it."""
-    from softsim.builder import built_profile
+    from softsim.loads.profile import built_profile
     from softsim.scene.loading import load_scene
 
     scene = load_scene(SCENES / "pfr_36mm.yaml", overrides).scene
