@@ -1,6 +1,6 @@
 """Pipes along a path: conversion of the items of a scene to segments, with checks."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -33,7 +33,7 @@ LENGTHS = ("straight", "radius", "taper", "to", "step", "tee", "cross", "fillet"
 LARGEST_RATIO = 1e5
 
 
-def pipe_networks(names: Names) -> list[PipeNetwork]:
+def pipe_networks(names: Names, motions: Mapping[str, str]) -> list[PipeNetwork]:
     """Return all pipes along a path.
 
     Raises SceneError if one cannot be built, or crosses itself.

@@ -2,192 +2,26 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from softsim.builder.pipe_path import overlap, pipe_networks
-from softsim.contact import terrain
-from softsim.contact.grid import DistanceGrid, SpacingError, TriangleSurface, gridded
+from softsim.applications import entry
+from softsim.builder.pipe_path import overlap
 from softsim.contact.pipe_network import PipeNetwork
-from softsim.contact.polyline import Polyline, PolylineWall, checked_polyline
-from softsim.contact.simple_walls import Cylinder, HalfSpaces, RoundPipes, Sphere
+from softsim.contact.simple_walls import Cylinder, Sphere
 from softsim.contact.surface_contact import ALLOWED_PENETRATION, ContactData
 from softsim.contact.wall import FittedWall, Wall
 from softsim.elements.axisymmetric import Axisymmetric
-from softsim.errors import MeshError, SceneError
+from softsim.errors import SceneError
 from softsim.loads.prescribed import MovingWall, displacement
 from softsim.mesh.mesh import SURFACE
-from softsim.mesh.reading import read_points
-from softsim.mesh.surface import nodal_extents, read_surface, weights_in_line
+from softsim.mesh.surface import nodal_extents, weights_in_line
 from softsim.model import Body, CornerData
 from softsim.scene.conditions import WallMotion
 from softsim.scene.names import Names, in_mm
-from softsim.scene.quantities import Point
-from softsim.scene.text import Keys
-from softsim.scene.walls import (
-    CylinderWall,
-    PipePathWall,
-    PipeWall,
-    PlaneWall,
-    PolylineWallSpec,
-    PrintedTerrain,
-    RampWall,
-    SemicircleWall,
-    SphereWall,
-    StepFieldWall,
-    SurfaceWall,
-    Terrain,
-)
-
-# -------------------------------------------------------------------------------------------------
-# Walls represented by a grid of distances: STL surfaces in space.
-
-
-def surface_walls(names: Names) -> list[DistanceGrid]:
-    """Return the surface walls of a scene."""
-    walls = names.scene.environment.walls.items()
-    return [surface_wall(names, n, w) for n, w in walls if isinstance(w, SurfaceWall)]
-
-
-def surface_wall(names: Names, name: str, wall: SurfaceWall) -> DistanceGrid:
-    """Return a closed surface in space, with normals that point to the free side."""
-    keys = ("environment", "walls", name)
-    if names.dimension != 3:
-        raise names.loaded.error(
-            (*keys, "kind"),
-            "a surface file describes a wall in 3D, but this model is 2D",
-            "give the section of the wall as points: kind: polyline",
-        )
-    try:
-        mesh = read_surface(names.loaded.resolve_file((*keys, "file")), wall.length_unit)
-        outwards = mesh.triangles
-        triangles = {"outside": outwards, "inside": outwards[:, ::-1]}[wall.free_side]
-        points = mesh.points + names.vector(wall.position, (*keys, "position"))
-        surface = TriangleSurface(points, triangles)
-        return gridded(name, surface, grid_spacing(names, wall))
-    except SpacingError as error:
-        raise names.loaded.error((*keys, "spacing"), error.message, error.hint) from None
-    except MeshError as error:
-        raise names.loaded.error((*keys, "file"), error.message, error.hint) from None
-
-
-def grid_spacing(names: Names, wall: SurfaceWall) -> float:
-    """Return the grid spacing [m]: the user's, or the median edge of the surfaces of all bodies.
-
-    Nodes at that distance do not resolve anything finer.
-    """
-    if isinstance(wall.spacing, float):
-        return wall.spacing
-    return names.median_side
-
-
-# -------------------------------------------------------------------------------------------------
-# Walls along polylines, in a section or the same at every z.
-
-DRAWN_BESIDE = 0.25
-"""Width of a drawn wall in space beyond each side of the bodies, relative to their width."""
-
-
-def polyline_walls(names: Names) -> list[PolylineWall]:
-    """Return the polyline walls of a scene."""
-    walls = names.scene.environment.walls.items()
-    return [polyline_wall(names, n, w) for n, w in walls if isinstance(w, PolylineWallSpec)]
-
-
-def polyline_wall(names: Names, name: str, wall: PolylineWallSpec) -> PolylineWall:
-    """Return one polyline wall, with its points from the scene or from a file."""
-    keys = ("environment", "walls", name)
-    source = "points" if wall.file is None else "file"
-    try:
-        if wall.points is not None:
-            places = [in_plane(names, p, (*keys, source, k)) for k, p in enumerate(wall.points)]
-            points = np.array(places).reshape(-1, 2)
-        else:
-            points = read_points(names.loaded.resolve_file((*keys, source)), wall.length_unit)
-        return placed_wall(names, name, checked_polyline(points, wall.closed))
-    except MeshError as error:
-        raise names.loaded.error((*keys, source), error.message, error.hint) from None
-
-
-def placed_wall(names: Names, name: str, line: Polyline) -> PolylineWall:
-    """Return the wall `name` along a polyline; in space it is drawn wider than the bodies."""
-    if names.dimension == 2:
-        return PolylineWall(name, line, None)
-    z = np.concatenate([body.mesh.points[:, 2] for body in names.bodies.values()])
-    beside = DRAWN_BESIDE * float(np.ptp(z))
-    return PolylineWall(name, line, (float(z.min()) - beside, float(z.max()) + beside))
-
-
-def in_plane(names: Names, point: Point, keys: Keys) -> np.ndarray:
-    """Return a point (2,) [m] of a polyline."""
-    place = names.vector(point, keys)
-    if place[2:].any():
-        raise names.loaded.error(
-            keys,
-            "the wall is the same at every z, so its points have no z coordinate",
-            "leave the third coordinate out",
-        )
-    return place[:2]
-
-
-# -------------------------------------------------------------------------------------------------
-# Terrain of a scene: shapes on level ground, as walls along polylines.
-
-GROUND = 0.2
-"""Length of the drawn ground before and behind a shape [m]; the ground continues beyond."""
-
-
-def terrains(names: Names) -> list[PolylineWall]:
-    """Return the terrains of a scene."""
-    walls = names.scene.environment.walls.items()
-    return [built_terrain(names, name, w) for name, w in walls if isinstance(w, Terrain)]
-
-
-def built_terrain(names: Names, name: str, wall: Terrain) -> PolylineWall:
-    """Return a shape on its ground."""
-    keys = ("environment", "walls", name)
-    shape = SHAPES[type(wall)](names, wall, keys)
-    if isinstance(wall, PrintedTerrain) and wall.layers is not None:
-        shape = terrain.layered(shape, wall.layers)
-    ground = terrain.on_ground(shape, in_plane(names, wall.foot, (*keys, "foot")), GROUND)
-    return placed_wall(names, name, checked_polyline(ground, False))
-
-
-def ramp(names: Names, wall: RampWall, keys: Keys) -> np.ndarray:
-    """Return the points of a ramp."""
-    if wall.plateau < wall.height:
-        raise names.loaded.error(
-            (*keys, "plateau"),
-            f"plateau: {1e3 * wall.plateau:g} mm is less than the height of the ramp, "
-            f"{1e3 * wall.height:g} mm",
-            "the body must fit on the plateau: make it at least as long as the robot",
-        )
-    return terrain.ramp(wall.slope, wall.height, wall.plateau)
-
-
-def semicircle(names: Names, wall: SemicircleWall, keys: Keys) -> np.ndarray:
-    """Return the points of the upper half of a cylinder."""
-    return terrain.half_round(wall.radius)
-
-
-def step_field(names: Names, wall: StepFieldWall, keys: Keys) -> np.ndarray:
-    """Return the points of a field of steps."""
-    try:
-        heights = terrain.step_heights(
-            wall.rugosity, 1e3 * wall.mean_height, wall.blocks, wall.seed
-        )
-    except MeshError as error:
-        raise names.loaded.error((*keys, "rugosity"), error.message, error.hint) from None
-    return terrain.steps(1e-3 * heights, wall.block_length)
-
-
-SHAPES: dict[type[Terrain], Callable[..., np.ndarray]] = {
-    RampWall: ramp, SemicircleWall: semicircle, StepFieldWall: step_field,
-}  # fmt: skip
-
+from softsim.scene.walls import WALLS, PipePathWall, PipeWall
 
 ON_AXIS = (Sphere, Cylinder)
 FITS = "for an interference fit write contact.interference_fit: [{}] and a time.settle"
@@ -199,12 +33,9 @@ CLOSING = 0.5
 def walls(names: Names) -> tuple[Wall, ...]:
     """Return all walls of the scene; those of a kind that kernels treat together are one."""
     motions = wall_motions(names)
-    found = (
-        *flat_walls(names, motions), *round_pipes(names, motions), *spheres(names),
-        *cylinders(names), *pipe_networks(names), *surface_walls(names), *polyline_walls(names),
-        *terrains(names),
-    )  # fmt: skip
-    return tuple(moving(names, wall, motions) for wall in found)
+    return tuple(
+        moving(names, wall, motions) for point in WALLS for wall in entry(point)(names, motions)
+    )
 
 
 def wall_motions(names: Names) -> dict[str, str]:
@@ -256,98 +87,6 @@ def wall_of(surface: str) -> str:
     return surface.partition(".")[0]
 
 
-def together(found: Sequence[str], motions: Mapping[str, str]) -> list[list[str]]:
-    """Return groups of walls that kernels treat together: all fixed ones, and each moving one."""
-    standing = [name for name in found if name not in motions]
-    return [group for group in (standing, *([n] for n in found if n in motions)) if group]
-
-
-def flat_walls(names: Names, motions: Mapping[str, str]) -> list[HalfSpaces]:
-    """Return planes and, in a section, both sides of straight pipes."""
-    flat: dict[str, list[tuple[str, np.ndarray, np.ndarray]]] = {}
-    for name, wall in names.scene.environment.walls.items():
-        keys = ("environment", "walls", name)
-        if isinstance(wall, PlaneWall):
-            normal = names.vector(wall.normal, (*keys, "normal"))
-            point = names.vector(wall.point, (*keys, "point"))
-            flat[name] = [(name, point, normal / np.linalg.norm(normal))]
-        elif isinstance(wall, PipeWall) and names.dimension == 2:
-            flat[name] = [(f"{name}{side}", p, n) for side, p, n in pipe_sides(names, wall)]
-    result = []
-    for group in together(list(flat), motions):
-        surfaces, points, normals = zip(*(s for name in group for s in flat[name]), strict=True)
-        result.append(HalfSpaces(surfaces, np.array(points), np.array(normals)))
-    return result
-
-
-def pipe_sides(names: Names, wall: PipeWall) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Return the sides of a straight pipe in a section: suffix of the name, a point, the normal."""
-    if isinstance(names.geometry, Axisymmetric):
-        return [("", np.array([0.5 * wall.diameter, 0.0]), np.array([-1.0, 0.0]))]
-    return [
-        (
-            f".{side}",
-            np.array([0.0, wall.axis_height + sign * 0.5 * wall.diameter]),
-            np.array([0.0, -sign]),
-        )
-        for side, sign in (("top", 1.0), ("bottom", -1.0))
-    ]
-
-
-def round_pipes(names: Names, motions: Mapping[str, str]) -> list[RoundPipes]:
-    """Return straight pipes in space."""
-    found = {
-        name: wall
-        for name, wall in names.scene.environment.walls.items()
-        if isinstance(wall, PipeWall) and names.dimension == 3
-    }
-    return [
-        RoundPipes(
-            tuple(group),
-            np.array([[0.0, found[name].axis_height, 0.0] for name in group]),
-            np.tile([1.0, 0.0, 0.0], (len(group), 1)),
-            np.array([0.5 * found[name].diameter for name in group]),
-        )
-        for group in together(list(found), motions)
-    ]
-
-
-def spheres(names: Names) -> list[Sphere]:
-    """Return spherical walls."""
-    found = []
-    for name, wall in names.scene.environment.walls.items():
-        if isinstance(wall, SphereWall):
-            found.append(Sphere(name, centre_of(names, name, wall), 0.5 * wall.diameter))
-    return found
-
-
-def cylinders(names: Names) -> list[Cylinder]:
-    """Return capped cylinders."""
-    found = []
-    for name, wall in names.scene.environment.walls.items():
-        if isinstance(wall, CylinderWall):
-            keys = ("environment", "walls", name, "direction")
-            axis = names.axis(wall.direction, keys)
-            if isinstance(names.geometry, Axisymmetric) and axis != 1:
-                raise names.loaded.error(keys, "y is the only axis of this model", "write y")
-            centre = centre_of(names, name, wall)
-            found.append(Cylinder(name, centre, axis, 0.5 * wall.length, 0.5 * wall.diameter))
-    return found
-
-
-def centre_of(names: Names, name: str, wall: SphereWall | CylinderWall) -> np.ndarray:
-    """Return the centre (d,) [m] of a wall that lies on the axis of an axisymmetric model."""
-    keys = ("environment", "walls", name, "center")
-    centre = names.vector(wall.center, keys)
-    if isinstance(names.geometry, Axisymmetric) and centre[0] != 0.0:
-        raise names.loaded.error(
-            keys,
-            f"a {wall.kind} away from the axis would be a ring",
-            "write 0 mm for x, the radial direction",
-        )
-    return centre
-
-
 def fitted(names: Names, walls: Sequence[Wall], places: np.ndarray) -> tuple[Wall, ...]:
     """Return the walls, of which those with an interference fit recede from places (n, d) at first.
 
@@ -397,13 +136,14 @@ def refuse_penetration(names: Names, walls: Sequence[Wall], places: np.ndarray) 
             if gap.min() < -ALLOWED_PENETRATION:
                 name = wall_of(surface)
                 scene_wall = names.scene.environment.walls[name]
-                raise OVERLAPS[type(scene_wall)](names, name, wall, places)
+                said = OVERLAPS.get(type(scene_wall), plain_overlap)
+                raise said(names, name, wall, places)
 
 
-def plain_overlap(key: str, names: Names, name: str, wall: Wall, places: np.ndarray) -> SceneError:
-    """Return the error, at a key of the wall `name`, for places (n, d) that start inside it."""
-    problem = how_deep(name, wall, places)
-    return names.loaded.error(("environment", "walls", name, key), problem, APART.format(name))
+def plain_overlap(names: Names, name: str, wall: Wall, places: np.ndarray) -> SceneError:
+    """Return the error, at the key of its place, for places (n, d) that start inside a wall."""
+    keys = ("environment", "walls", name, names.scene.environment.walls[name].placed_by)
+    return names.loaded.error(keys, how_deep(name, wall, places), APART.format(name))
 
 
 def pipe_overlap(names: Names, name: str, wall: Wall, places: np.ndarray) -> SceneError:
@@ -434,18 +174,10 @@ def least_gap(name: str, wall: Wall, places: np.ndarray) -> np.ndarray:
     return np.min([gap for surface, gap in gaps if wall_of(surface) == name], axis=0)
 
 
-# What to say of bodies that start inside a wall, by the class of the wall in the scene.
+# What to say of bodies that start inside a wall whose size is at fault.
 OVERLAPS: dict[type, Callable[[Names, str, Any, np.ndarray], SceneError]] = {
-    PlaneWall: partial(plain_overlap, "point"),
-    SphereWall: partial(plain_overlap, "center"),
-    CylinderWall: partial(plain_overlap, "center"),
     PipeWall: pipe_overlap,
     PipePathWall: overlap,
-    PolylineWallSpec: partial(plain_overlap, "kind"),
-    SurfaceWall: partial(plain_overlap, "kind"),
-    RampWall: partial(plain_overlap, "foot"),
-    SemicircleWall: partial(plain_overlap, "foot"),
-    StepFieldWall: partial(plain_overlap, "foot"),
 }
 
 

@@ -11,7 +11,7 @@ no more. At an edge or a corner, which the grid rounds off, it is off by half a 
 most, because a distance changes by no more than the displacement.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -25,6 +25,9 @@ from softsim.compute.fields import index_field, real_field, vector_field
 from softsim.compute.term import PerScenario
 from softsim.contact.wall import Obstacle, Wall
 from softsim.errors import MeshError
+from softsim.mesh.surface import read_surface
+from softsim.scene.names import Names
+from softsim.scene.walls import SurfaceWall
 
 # -------------------------------------------------------------------------------------------------
 # Walls on grids of distances in kernels: gap and normal by interpolation between the nodes.
@@ -500,3 +503,45 @@ def gridded(name: str, surface: TriangleSurface, spacing: float) -> DistanceGrid
     # Faces of four corners, as those of other walls: the third one twice.
     picture = {"wall_faces": surface.corners[:, [0, 1, 2, 2]]}
     return DistanceGrid(name, origin, spacing, values, picture)
+
+
+# -------------------------------------------------------------------------------------------------
+# Surfaces of a scene.
+
+
+def surface_walls(names: Names, motions: Mapping[str, str]) -> list[DistanceGrid]:
+    """Return the surface walls of a scene."""
+    walls = names.scene.environment.walls.items()
+    return [surface_wall(names, n, w) for n, w in walls if isinstance(w, SurfaceWall)]
+
+
+def surface_wall(names: Names, name: str, wall: SurfaceWall) -> DistanceGrid:
+    """Return a closed surface in space, with normals that point to the free side."""
+    keys = ("environment", "walls", name)
+    if names.dimension != 3:
+        raise names.loaded.error(
+            (*keys, "kind"),
+            "a surface file describes a wall in 3D, but this model is 2D",
+            "give the section of the wall as points: kind: polyline",
+        )
+    try:
+        mesh = read_surface(names.loaded.resolve_file((*keys, "file")), wall.length_unit)
+        outwards = mesh.triangles
+        triangles = {"outside": outwards, "inside": outwards[:, ::-1]}[wall.free_side]
+        points = mesh.points + names.vector(wall.position, (*keys, "position"))
+        surface = TriangleSurface(points, triangles)
+        return gridded(name, surface, grid_spacing(names, wall))
+    except SpacingError as error:
+        raise names.loaded.error((*keys, "spacing"), error.message, error.hint) from None
+    except MeshError as error:
+        raise names.loaded.error((*keys, "file"), error.message, error.hint) from None
+
+
+def grid_spacing(names: Names, wall: SurfaceWall) -> float:
+    """Return the grid spacing [m]: the user's, or the median edge of the surfaces of all bodies.
+
+    Nodes at that distance do not resolve anything finer.
+    """
+    if isinstance(wall.spacing, float):
+        return wall.spacing
+    return names.median_side

@@ -1,6 +1,6 @@
 """Flat walls: half spaces, solid behind."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,9 @@ from softsim.compute import backend
 from softsim.compute.fields import real_field, vector_field
 from softsim.compute.term import PerScenario
 from softsim.contact.wall import Obstacle, Wall
+from softsim.elements.axisymmetric import Axisymmetric
+from softsim.scene.names import Names
+from softsim.scene.walls import CylinderWall, PipeWall, PlaneWall, SphereWall
 
 
 @dataclass(frozen=True)
@@ -282,3 +285,99 @@ class SphereObstacle(Obstacle):
         arm = x - self.centre[s]
         distance = arm.norm()
         return distance - self.radius[s], arm / ti.max(distance, 1e-12)
+
+
+# -------------------------------------------------------------------------------------------------
+# Simple walls of a scene.
+
+
+def together(found: Sequence[str], motions: Mapping[str, str]) -> list[list[str]]:
+    """Return groups of walls that kernels treat together: all fixed ones, and each moving one."""
+    standing = [name for name in found if name not in motions]
+    return [group for group in (standing, *([n] for n in found if n in motions)) if group]
+
+
+def flat_walls(names: Names, motions: Mapping[str, str]) -> list[HalfSpaces]:
+    """Return planes and, in a section, both sides of straight pipes."""
+    flat: dict[str, list[tuple[str, np.ndarray, np.ndarray]]] = {}
+    for name, wall in names.scene.environment.walls.items():
+        keys = ("environment", "walls", name)
+        if isinstance(wall, PlaneWall):
+            normal = names.vector(wall.normal, (*keys, "normal"))
+            point = names.vector(wall.point, (*keys, "point"))
+            flat[name] = [(name, point, normal / np.linalg.norm(normal))]
+        elif isinstance(wall, PipeWall) and names.dimension == 2:
+            flat[name] = [(f"{name}{side}", p, n) for side, p, n in pipe_sides(names, wall)]
+    result = []
+    for group in together(list(flat), motions):
+        surfaces, points, normals = zip(*(s for name in group for s in flat[name]), strict=True)
+        result.append(HalfSpaces(surfaces, np.array(points), np.array(normals)))
+    return result
+
+
+def pipe_sides(names: Names, wall: PipeWall) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """Return the sides of a straight pipe in a section: suffix of the name, a point, the normal."""
+    if isinstance(names.geometry, Axisymmetric):
+        return [("", np.array([0.5 * wall.diameter, 0.0]), np.array([-1.0, 0.0]))]
+    return [
+        (
+            f".{side}",
+            np.array([0.0, wall.axis_height + sign * 0.5 * wall.diameter]),
+            np.array([0.0, -sign]),
+        )
+        for side, sign in (("top", 1.0), ("bottom", -1.0))
+    ]
+
+
+def round_pipes(names: Names, motions: Mapping[str, str]) -> list[RoundPipes]:
+    """Return straight pipes in space."""
+    found = {
+        name: wall
+        for name, wall in names.scene.environment.walls.items()
+        if isinstance(wall, PipeWall) and names.dimension == 3
+    }
+    return [
+        RoundPipes(
+            tuple(group),
+            np.array([[0.0, found[name].axis_height, 0.0] for name in group]),
+            np.tile([1.0, 0.0, 0.0], (len(group), 1)),
+            np.array([0.5 * found[name].diameter for name in group]),
+        )
+        for group in together(list(found), motions)
+    ]
+
+
+def spheres(names: Names, motions: Mapping[str, str]) -> list[Sphere]:
+    """Return spherical walls."""
+    found = []
+    for name, wall in names.scene.environment.walls.items():
+        if isinstance(wall, SphereWall):
+            found.append(Sphere(name, centre_of(names, name, wall), 0.5 * wall.diameter))
+    return found
+
+
+def cylinders(names: Names, motions: Mapping[str, str]) -> list[Cylinder]:
+    """Return capped cylinders."""
+    found = []
+    for name, wall in names.scene.environment.walls.items():
+        if isinstance(wall, CylinderWall):
+            keys = ("environment", "walls", name, "direction")
+            axis = names.axis(wall.direction, keys)
+            if isinstance(names.geometry, Axisymmetric) and axis != 1:
+                raise names.loaded.error(keys, "y is the only axis of this model", "write y")
+            centre = centre_of(names, name, wall)
+            found.append(Cylinder(name, centre, axis, 0.5 * wall.length, 0.5 * wall.diameter))
+    return found
+
+
+def centre_of(names: Names, name: str, wall: SphereWall | CylinderWall) -> np.ndarray:
+    """Return the centre (d,) [m] of a wall that lies on the axis of an axisymmetric model."""
+    keys = ("environment", "walls", name, "center")
+    centre = names.vector(wall.center, keys)
+    if isinstance(names.geometry, Axisymmetric) and centre[0] != 0.0:
+        raise names.loaded.error(
+            keys,
+            f"a {wall.kind} away from the axis would be a ring",
+            "write 0 mm for x, the radial direction",
+        )
+    return centre

@@ -4,9 +4,21 @@ x points forward, y up, and the ground before the obstacle is at y = 0; the free
 in the direction of the points. These are the terrains of the thesis (5.3.1, 5.3.2).
 """
 
+from collections.abc import Callable, Mapping
+
 import numpy as np
 
+from softsim.contact.polyline import PolylineWall, checked_polyline, in_plane, placed_wall
 from softsim.errors import MeshError
+from softsim.scene.names import Names
+from softsim.scene.text import Keys
+from softsim.scene.walls import (
+    PrintedTerrain,
+    RampWall,
+    SemicircleWall,
+    StepFieldWall,
+    Terrain,
+)
 
 HEIGHTS = 1, 8  # mm of the thesis's blocks
 BLOCK_HEIGHT = 8.0  # mm: of the rugosity Rg = SD / 8 mm (Eq 5.31)
@@ -116,3 +128,58 @@ def on_ground(points: np.ndarray, foot: np.ndarray, before: float) -> np.ndarray
     placed = points + foot
     front, behind = foot - [before, 0.0], placed[-1] + [before, 0.0]
     return np.vstack([front[None], placed, behind[None]])
+
+
+# -------------------------------------------------------------------------------------------------
+# Terrains of a scene, as walls along polylines.
+
+
+GROUND = 0.2
+"""Length of the drawn ground before and behind a shape [m]; the ground continues beyond."""
+
+
+def terrains(names: Names, motions: Mapping[str, str]) -> list[PolylineWall]:
+    """Return the terrains of a scene."""
+    walls = names.scene.environment.walls.items()
+    return [built_terrain(names, name, w) for name, w in walls if isinstance(w, Terrain)]
+
+
+def built_terrain(names: Names, name: str, wall: Terrain) -> PolylineWall:
+    """Return a shape on its ground."""
+    keys = ("environment", "walls", name)
+    shape = SHAPES[type(wall)](names, wall, keys)
+    if isinstance(wall, PrintedTerrain) and wall.layers is not None:
+        shape = layered(shape, wall.layers)
+    ground = on_ground(shape, in_plane(names, wall.foot, (*keys, "foot")), GROUND)
+    return placed_wall(names, name, checked_polyline(ground, False))
+
+
+def built_ramp(names: Names, wall: RampWall, keys: Keys) -> np.ndarray:
+    """Return the points of a ramp."""
+    if wall.plateau < wall.height:
+        raise names.loaded.error(
+            (*keys, "plateau"),
+            f"plateau: {1e3 * wall.plateau:g} mm is less than the height of the ramp, "
+            f"{1e3 * wall.height:g} mm",
+            "the body must fit on the plateau: make it at least as long as the robot",
+        )
+    return ramp(wall.slope, wall.height, wall.plateau)
+
+
+def built_semicircle(names: Names, wall: SemicircleWall, keys: Keys) -> np.ndarray:
+    """Return the points of the upper half of a cylinder."""
+    return half_round(wall.radius)
+
+
+def built_step_field(names: Names, wall: StepFieldWall, keys: Keys) -> np.ndarray:
+    """Return the points of a field of steps."""
+    try:
+        heights = step_heights(wall.rugosity, 1e3 * wall.mean_height, wall.blocks, wall.seed)
+    except MeshError as error:
+        raise names.loaded.error((*keys, "rugosity"), error.message, error.hint) from None
+    return steps(1e-3 * heights, wall.block_length)
+
+
+SHAPES: dict[type[Terrain], Callable[..., np.ndarray]] = {
+    RampWall: built_ramp, SemicircleWall: built_semicircle, StepFieldWall: built_step_field,
+}  # fmt: skip

@@ -2,7 +2,7 @@
 
 import math
 from abc import abstractmethod
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, Tag, ValidationInfo, field_validator, model_validator
 
@@ -191,7 +191,13 @@ class Trailed(Spec):
 # Walls that go through a grid of distances: an STL surface in space.
 
 
-class SurfaceWall(Spec):
+class WallSpec(Spec):
+    """Wall; placed_by: key at which an error says that bodies start inside it."""
+
+    placed_by: ClassVar[str] = "kind"
+
+
+class SurfaceWall(WallSpec):
     """Closed surface from an STL file (3D)."""
 
     kind: Literal["surface"] = Field(description="Kind of wall.")
@@ -218,7 +224,7 @@ class SurfaceWall(Spec):
 # Walls along a polyline, sharp at its corners.
 
 
-class PolylineWallSpec(Spec):
+class PolylineWallSpec(WallSpec):
     """Polyline with sharp corners: a terrain, or the outline of a pipe. The free side is on the
     left in the direction of the points, so that points towards +x form a ground. In 3D it is
     extruded along z.
@@ -267,11 +273,12 @@ def _up_to_upright(slope: float) -> float:
     return slope
 
 
-class Terrain(Spec):
+class Terrain(WallSpec):
     """Obstacle on level ground that extends without end on both sides. In 3D it is
     extruded along z.
     """
 
+    placed_by: ClassVar[str] = "foot"
     kind: str
     foot: Point = Field(default=ORIGIN, description="Start of the obstacle.")
 
@@ -363,7 +370,7 @@ class CrossingSpec(Spec):
     )
 
 
-class PipeWall(Spec):
+class PipeWall(WallSpec):
     """Straight pipe. 2D: two walls along x. 3D: round, along x. Axisymmetric:
     round, about the y axis.
     """
@@ -375,9 +382,10 @@ class PipeWall(Spec):
     )
 
 
-class PlaneWall(Spec):
+class PlaneWall(WallSpec):
     """Half space; in 2D a half plane."""
 
+    placed_by: ClassVar[str] = "point"
     kind: Literal["plane"] = Field(description="Kind of wall.")
     point: Point = Field(default=ORIGIN, description="Point on the plane.")
     normal: Direction = Field(
@@ -385,19 +393,21 @@ class PlaneWall(Spec):
     )
 
 
-class SphereWall(Spec):
+class SphereWall(WallSpec):
     """Ball. 2D: a disc. Axisymmetric: a ball on the axis."""
 
+    placed_by: ClassVar[str] = "center"
     kind: Literal["sphere"] = Field(description="Kind of wall.")
     center: Point = Field(default=ORIGIN, description="Centre.")
     diameter: PositiveLength = Field(description="Diameter.")
 
 
-class CylinderWall(Spec):
+class CylinderWall(WallSpec):
     """Solid cylinder with flat ends. 2D: a rectangle. Axisymmetric: a cylinder
     about the y axis.
     """
 
+    placed_by: ClassVar[str] = "center"
     kind: Literal["cylinder"] = Field(description="Kind of wall.")
     center: Point = Field(default=ORIGIN, description="Centre.")
     direction: Axis = Field(description="Direction of the axis.")
@@ -405,7 +415,7 @@ class CylinderWall(Spec):
     length: PositiveLength = Field(description="Length along the axis.")
 
 
-class PipePathWall(Spec):
+class PipePathWall(WallSpec):
     """Pipe along a path of straight pieces, bends, tapers, steps and branches. 2D:
     two walls. 3D: round.
     """
@@ -447,6 +457,22 @@ Wall = Annotated[
     | StepFieldWall,
     Field(discriminator="kind"),
 ]
+
+
+WALLS = (
+    "softsim.contact.simple_walls:flat_walls",
+    "softsim.contact.simple_walls:round_pipes",
+    "softsim.contact.simple_walls:spheres",
+    "softsim.contact.simple_walls:cylinders",
+    "softsim.builder.pipe_path:pipe_networks",
+    "softsim.contact.grid:surface_walls",
+    "softsim.contact.polyline:polyline_walls",
+    "softsim.contact.terrain:terrains",
+)
+"""Entry points of the functions that build walls, in the order of their contact.
+
+They take the names of a scene and, by the name of a wall, the condition that moves it.
+"""
 
 
 class Environment(Spec):
