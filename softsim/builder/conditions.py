@@ -13,7 +13,8 @@ from softsim.elements.ring_section import RingSection
 from softsim.loads.load import joined_facets
 from softsim.mesh.mesh import SURFACE
 from softsim.model import Body, Probe
-from softsim.scene import conditions, outputs
+from softsim.scene import outputs
+from softsim.scene.conditions import Fixed, InitialVelocity, PointMass, Symmetry
 from softsim.scene.names import Names, in_mm
 from softsim.scene.text import Keys
 from softsim.structures.structure import Structure
@@ -30,10 +31,9 @@ def lumped_mass(
             shares = r.geometry.mass_shares(r.points, r.cells)
             per_corner = r.material.density * r.volumes[:, None] * shares
             mass[b.nodes] += nodal_sums(r.cells, per_corner, len(r.points))
-    for name, condition in names.scene.conditions.items():
-        if isinstance(condition, conditions.PointMass):
-            nodes = names.node_set(condition.nodes, ("conditions", name, "nodes"))
-            mass[nodes] += condition.mass / len(nodes)
+    for keys, condition in names.conditions(PointMass):
+        nodes = names.node_set(condition.nodes, (*keys, "nodes"))
+        mass[nodes] += condition.mass / len(nodes)
     for structure in structures:
         mass += structure.nodal_mass(node_count)
     return mass
@@ -74,26 +74,23 @@ def held_components(names: Names, bodies: tuple[Body, ...], points: np.ndarray) 
             held[names.node_set(f"{b.name}.{set_name}", ("bodies", b.name, "fixed", k))] = True
         if isinstance(names.geometry, Axisymmetric):
             held[b.nodes, 0] |= b.points[:, 0] < 1e-12
-    for name, condition in names.scene.conditions.items():
-        keys = ("conditions", name)
-        if isinstance(condition, conditions.Fixed):
-            nodes = names.node_set(condition.nodes, (*keys, "nodes"))
-            letters = condition.directions or "xyz"[: names.dimension]
-            for k, letter in enumerate(letters):
-                held[nodes, names.axis(letter, (*keys, "directions", k))] = True
-        elif isinstance(condition, conditions.Symmetry):
-            nodes = names.node_set(condition.nodes, (*keys, "nodes"))
-            axis = names.axis(condition.normal, (*keys, "normal"))
-            off = np.ptp(points[nodes, axis])
-            if off > 1e-9 * np.ptp(points, axis=0).max():
-                raise names.loaded.error(
-                    (*keys, "nodes"),
-                    f"the nodes of '{condition.nodes}' do not lie in a plane normal to "
-                    f"{condition.normal}: their {condition.normal} coordinates differ by "
-                    f"{off * 1e3:.3g} mm",
-                    "choose a node set in the plane of symmetry, or the direction normal to it",
-                )
-            held[nodes, axis] = True
+    for keys, fixed in names.conditions(Fixed):
+        nodes = names.node_set(fixed.nodes, (*keys, "nodes"))
+        letters = fixed.directions or "xyz"[: names.dimension]
+        for k, letter in enumerate(letters):
+            held[nodes, names.axis(letter, (*keys, "directions", k))] = True
+    for keys, plane in names.conditions(Symmetry):
+        nodes = names.node_set(plane.nodes, (*keys, "nodes"))
+        axis = names.axis(plane.normal, (*keys, "normal"))
+        off = np.ptp(points[nodes, axis])
+        if off > 1e-9 * np.ptp(points, axis=0).max():
+            raise names.loaded.error(
+                (*keys, "nodes"),
+                f"the nodes of '{plane.nodes}' do not lie in a plane normal to {plane.normal}: "
+                f"their {plane.normal} coordinates differ by {off * 1e3:.3g} mm",
+                "choose a node set in the plane of symmetry, or the direction normal to it",
+            )
+        held[nodes, axis] = True
     return held
 
 
@@ -108,18 +105,16 @@ def initial_velocity(
     for b in bodies:
         given = names.scene.bodies[b.name].initial_velocity
         velocity[b.nodes] = names.vector(given, ("bodies", b.name, "initial_velocity"))
-    for name, condition in names.scene.conditions.items():
-        if isinstance(condition, conditions.InitialVelocity):
-            keys = ("conditions", name)
-            nodes = names.node_set(condition.nodes, (*keys, "nodes"))
-            translation = names.vector(condition.velocity, (*keys, "velocity"))
-            velocity[nodes] = translation + spin(names, condition, points[nodes], mass[nodes], keys)
+    for keys, condition in names.conditions(InitialVelocity):
+        nodes = names.node_set(condition.nodes, (*keys, "nodes"))
+        translation = names.vector(condition.velocity, (*keys, "velocity"))
+        velocity[nodes] = translation + spin(names, condition, points[nodes], mass[nodes], keys)
     return velocity
 
 
 def spin(
     names: Names,
-    condition: conditions.InitialVelocity,
+    condition: InitialVelocity,
     points: np.ndarray,
     mass: np.ndarray,
     keys: Keys,

@@ -331,7 +331,7 @@ def crossing(names: Names, bodies: tuple[Body, ...]) -> Crossing | None:
             f"there is no body '{name}'",
             close_names(name, list(known), "bodies"),
         )
-    walls = [w for w in names.scene.environment.walls.values() if isinstance(w, Terrain)]
+    walls = list(names.walls(Terrain).values())
     if asked.goal is None and not walls:
         raise names.loaded.error(
             ("crossing",),

@@ -1,6 +1,6 @@
 """Pipes along a path: conversion of the items of a scene to segments, with checks."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
@@ -33,16 +33,12 @@ LENGTHS = ("straight", "radius", "taper", "to", "step", "tee", "cross", "fillet"
 LARGEST_RATIO = 1e5
 
 
-def pipe_networks(names: Names, motions: Mapping[str, str]) -> list[PipeNetwork]:
+def pipe_networks(names: Names, motions: Collection[str]) -> list[PipeNetwork]:
     """Return all pipes along a path.
 
     Raises SceneError if one cannot be built, or crosses itself.
     """
-    return [
-        pipe_network(names, name, wall)
-        for name, wall in names.scene.environment.walls.items()
-        if isinstance(wall, PipePathWall)
-    ]
+    return [pipe_network(names, *named) for named in names.walls(PipePathWall).items()]
 
 
 def pipe_network(names: Names, name: str, wall: PipePathWall) -> PipeNetwork:

@@ -13,8 +13,8 @@ from softsim.mesh.reading import read_mesh
 from softsim.mesh.surface import divided, in_order, read_surface, refuse_flat
 from softsim.model import Body, OutlineData
 from softsim.rigid import DIRECTIONS, RigidBodyData, freedom
-from softsim.scene import conditions
 from softsim.scene.bodies import BallOutline, RigidBody, RigidSurface
+from softsim.scene.conditions import RigidMotionSpec
 from softsim.scene.names import Names, PlacedSurface, in_mm
 from softsim.scene.text import Keys
 from softsim.scene.walls import PipeWall, PlaneWall
@@ -32,8 +32,8 @@ def free_to_move(names: Names, name: str) -> tuple[bool, ...]:
     """Return True for the degrees of freedom of a rigid body that are free and not prescribed."""
     moved = {
         condition.direction
-        for condition in names.scene.conditions.values()
-        if isinstance(condition, conditions.RigidMotionSpec) and condition.body == name
+        for _, condition in names.conditions(RigidMotionSpec)
+        if condition.body == name
     }
     free = zip(DIRECTIONS, freedom(names, name), strict=True)
     return tuple(yes and d not in moved for d, yes in free)

@@ -21,6 +21,7 @@ from softsim.mesh.surface import nodal_extents, weights_in_line
 from softsim.model import Body, CornerData
 from softsim.scene.conditions import WallMotion
 from softsim.scene.names import Names, in_mm
+from softsim.scene.text import Keys
 from softsim.scene.walls import WALLS, PipePathWall, PipeWall
 
 ON_AXIS = (Sphere, Cylinder)
@@ -38,33 +39,27 @@ def walls(names: Names) -> tuple[Wall, ...]:
     )
 
 
-def wall_motions(names: Names) -> dict[str, str]:
-    """Return the key of the condition that moves each moving wall, by the name of the wall."""
-    moved: dict[str, str] = {}
-    for key, condition in names.scene.conditions.items():
-        if not isinstance(condition, WallMotion):
-            continue
-        keys = ("conditions", key, "wall")
-        names.require_wall(condition.wall, keys)
+def wall_motions(names: Names) -> dict[str, tuple[Keys, WallMotion]]:
+    """Return the keys and the data of the condition that moves each moving wall, by its name."""
+    moved: dict[str, tuple[Keys, WallMotion]] = {}
+    for keys, condition in names.conditions(WallMotion):
+        names.require_wall(condition.wall, (*keys, "wall"))
         if condition.wall in moved:
-            other = f"conditions.{moved[condition.wall]}"
             raise names.loaded.error(
-                keys,
-                f"'{condition.wall}' is already moved by {other}",
+                (*keys, "wall"),
+                f"'{condition.wall}' is already moved by conditions.{moved[condition.wall][0][-1]}",
                 "use only one condition for it",
             )
-        moved[condition.wall] = key
+        moved[condition.wall] = keys, condition
     return moved
 
 
-def moving(names: Names, wall: Wall, motions: Mapping[str, str]) -> Wall:
+def moving(names: Names, wall: Wall, motions: Mapping[str, tuple[Keys, WallMotion]]) -> Wall:
     """Return the wall, moved by its condition, if it has one."""
     name = wall_of(wall.names[0])
     if name not in motions:
         return wall
-    keys = ("conditions", motions[name])
-    condition = names.scene.conditions[motions[name]]
-    assert isinstance(condition, WallMotion)
+    keys, condition = motions[name]
     axis = names.axis(condition.direction, (*keys, "direction"))
     if isinstance(names.geometry, Axisymmetric) and axis == 0 and isinstance(wall, ON_AXIS):
         raise names.loaded.error(

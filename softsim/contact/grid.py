@@ -11,7 +11,7 @@ no more. At an edge or a corner, which the grid rounds off, it is off by half a 
 most, because a distance changes by no more than the displacement.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -509,10 +509,9 @@ def gridded(name: str, surface: TriangleSurface, spacing: float) -> DistanceGrid
 # Surfaces of a scene.
 
 
-def surface_walls(names: Names, motions: Mapping[str, str]) -> list[DistanceGrid]:
+def surface_walls(names: Names, motions: Collection[str]) -> list[DistanceGrid]:
     """Return the surface walls of a scene."""
-    walls = names.scene.environment.walls.items()
-    return [surface_wall(names, n, w) for n, w in walls if isinstance(w, SurfaceWall)]
+    return [surface_wall(names, *named) for named in names.walls(SurfaceWall).items()]
 
 
 def surface_wall(names: Names, name: str, wall: SurfaceWall) -> DistanceGrid:

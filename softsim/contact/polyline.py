@@ -8,7 +8,7 @@ there: an edge's own inside it, at a corner the sum of both (Baerentzen and Aana
 Comput. Graph. 11 (2005) 243, in the plane). It is right whichever of two edges that meet is taken.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -582,10 +582,9 @@ DRAWN_BESIDE = 0.25
 """Width of a drawn wall in space beyond each side of the bodies, relative to their width."""
 
 
-def polyline_walls(names: Names, motions: Mapping[str, str]) -> list[PolylineWall]:
+def polyline_walls(names: Names, motions: Collection[str]) -> list[PolylineWall]:
     """Return the polyline walls of a scene."""
-    walls = names.scene.environment.walls.items()
-    return [polyline_wall(names, n, w) for n, w in walls if isinstance(w, PolylineWallSpec)]
+    return [polyline_wall(names, *named) for named in names.walls(PolylineWallSpec).items()]
 
 
 def polyline_wall(names: Names, name: str, wall: PolylineWallSpec) -> PolylineWall:

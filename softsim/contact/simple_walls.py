@@ -1,6 +1,6 @@
 """Flat walls: half spaces, solid behind."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -291,13 +291,13 @@ class SphereObstacle(Obstacle):
 # Simple walls of a scene.
 
 
-def together(found: Sequence[str], motions: Mapping[str, str]) -> list[list[str]]:
+def together(found: Sequence[str], motions: Collection[str]) -> list[list[str]]:
     """Return groups of walls that kernels treat together: all fixed ones, and each moving one."""
     standing = [name for name in found if name not in motions]
     return [group for group in (standing, *([n] for n in found if n in motions)) if group]
 
 
-def flat_walls(names: Names, motions: Mapping[str, str]) -> list[HalfSpaces]:
+def flat_walls(names: Names, motions: Collection[str]) -> list[HalfSpaces]:
     """Return planes and, in a section, both sides of straight pipes."""
     flat: dict[str, list[tuple[str, np.ndarray, np.ndarray]]] = {}
     for name, wall in names.scene.environment.walls.items():
@@ -329,13 +329,9 @@ def pipe_sides(names: Names, wall: PipeWall) -> list[tuple[str, np.ndarray, np.n
     ]
 
 
-def round_pipes(names: Names, motions: Mapping[str, str]) -> list[RoundPipes]:
+def round_pipes(names: Names, motions: Collection[str]) -> list[RoundPipes]:
     """Return straight pipes in space."""
-    found = {
-        name: wall
-        for name, wall in names.scene.environment.walls.items()
-        if isinstance(wall, PipeWall) and names.dimension == 3
-    }
+    found = names.walls(PipeWall) if names.dimension == 3 else {}
     return [
         RoundPipes(
             tuple(group),
@@ -347,26 +343,24 @@ def round_pipes(names: Names, motions: Mapping[str, str]) -> list[RoundPipes]:
     ]
 
 
-def spheres(names: Names, motions: Mapping[str, str]) -> list[Sphere]:
+def spheres(names: Names, motions: Collection[str]) -> list[Sphere]:
     """Return spherical walls."""
-    found = []
-    for name, wall in names.scene.environment.walls.items():
-        if isinstance(wall, SphereWall):
-            found.append(Sphere(name, centre_of(names, name, wall), 0.5 * wall.diameter))
-    return found
+    return [
+        Sphere(name, centre_of(names, name, wall), 0.5 * wall.diameter)
+        for name, wall in names.walls(SphereWall).items()
+    ]
 
 
-def cylinders(names: Names, motions: Mapping[str, str]) -> list[Cylinder]:
+def cylinders(names: Names, motions: Collection[str]) -> list[Cylinder]:
     """Return capped cylinders."""
     found = []
-    for name, wall in names.scene.environment.walls.items():
-        if isinstance(wall, CylinderWall):
-            keys = ("environment", "walls", name, "direction")
-            axis = names.axis(wall.direction, keys)
-            if isinstance(names.geometry, Axisymmetric) and axis != 1:
-                raise names.loaded.error(keys, "y is the only axis of this model", "write y")
-            centre = centre_of(names, name, wall)
-            found.append(Cylinder(name, centre, axis, 0.5 * wall.length, 0.5 * wall.diameter))
+    for name, wall in names.walls(CylinderWall).items():
+        keys = ("environment", "walls", name, "direction")
+        axis = names.axis(wall.direction, keys)
+        if isinstance(names.geometry, Axisymmetric) and axis != 1:
+            raise names.loaded.error(keys, "y is the only axis of this model", "write y")
+        centre = centre_of(names, name, wall)
+        found.append(Cylinder(name, centre, axis, 0.5 * wall.length, 0.5 * wall.diameter))
     return found
 
 

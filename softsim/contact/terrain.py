@@ -4,7 +4,7 @@ x points forward, y up, and the ground before the obstacle is at y = 0; the free
 in the direction of the points. These are the terrains of the thesis (5.3.1, 5.3.2).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection
 
 import numpy as np
 
@@ -138,10 +138,9 @@ GROUND = 0.2
 """Length of the drawn ground before and behind a shape [m]; the ground continues beyond."""
 
 
-def terrains(names: Names, motions: Mapping[str, str]) -> list[PolylineWall]:
+def terrains(names: Names, motions: Collection[str]) -> list[PolylineWall]:
     """Return the terrains of a scene."""
-    walls = names.scene.environment.walls.items()
-    return [built_terrain(names, name, w) for name, w in walls if isinstance(w, Terrain)]
+    return [built_terrain(names, *named) for named in names.walls(Terrain).items()]
 
 
 def built_terrain(names: Names, name: str, wall: Terrain) -> PolylineWall:

@@ -339,10 +339,7 @@ def prescribed(names: Names, held: np.ndarray) -> dict[str, PrescribedMotion]:
     """
     taken = held.copy()
     result = {}
-    for name, condition in names.scene.conditions.items():
-        if not isinstance(condition, Prescribed):
-            continue
-        keys = ("conditions", name)
+    for keys, condition in names.conditions(Prescribed):
         nodes = names.node_set(condition.nodes, (*keys, "nodes"))
         axis = names.axis(condition.direction, (*keys, "direction"))
         if taken[nodes, axis].any():
@@ -354,7 +351,7 @@ def prescribed(names: Names, held: np.ndarray) -> dict[str, PrescribedMotion]:
             )
         taken[nodes, axis] = True
         profile = displacement(names, condition, keys)
-        result[f"conditions.{name}"] = PrescribedMotion(nodes, axis, profile)
+        result[".".join(map(str, keys))] = PrescribedMotion(nodes, axis, profile)
     return result
 
 
@@ -364,10 +361,7 @@ def rigid_motions(names: Names) -> dict[str, RigidMotion]:
     Raises SceneError if a direction has two of them or cannot move.
     """
     result: dict[str, RigidMotion] = {}
-    for key, condition in names.scene.conditions.items():
-        if not isinstance(condition, RigidMotionSpec):
-            continue
-        keys = ("conditions", key)
+    for keys, condition in names.conditions(RigidMotionSpec):
         body = names.rigid_number(condition.body, (*keys, "body"))
         axis = names.axis(condition.direction, (*keys, "direction"))
         if not freedom(names, condition.body)[axis] or (body, axis) in [
@@ -380,7 +374,7 @@ def rigid_motions(names: Names) -> dict[str, RigidMotion]:
                 "condition for it",
             )
         profile = displacement(names, condition, keys)
-        result[f"conditions.{key}"] = RigidMotion(body, axis, profile)
+        result[".".join(map(str, keys))] = RigidMotion(body, axis, profile)
     return result
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from graphlib import CycleError, TopologicalSorter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -13,12 +13,15 @@ from softsim.mesh.mesh import SURFACE, Mesh, facet_keys, facet_owners, find_rows
 from softsim.mesh.surface import side_lengths
 from softsim.scene.bodies import BoxSet, PlaneSet, SetDefinition
 from softsim.scene.loading import LoadedScene
+from softsim.scene.quantities import Spec
 from softsim.scene.schema import Scene
 from softsim.scene.steps import Beginning
 from softsim.scene.text import Keys, first_key
 
 if TYPE_CHECKING:
     from softsim.elements.geometry import Geometry
+
+S = TypeVar("S", bound=Spec)
 
 
 @dataclass(frozen=True)
@@ -204,6 +207,17 @@ class Names:
                 "use a separate load for each",
             )
         return first
+
+    def conditions(self, kind: type[S]) -> Iterator[tuple[Keys, S]]:
+        """Yield the keys and the data of the conditions of a kind."""
+        for name, condition in self.scene.conditions.items():
+            if isinstance(condition, kind):
+                yield ("conditions", name), condition
+
+    def walls(self, kind: type[S]) -> dict[str, S]:
+        """Return the data of the walls of a kind, by name."""
+        walls = self.scene.environment.walls.items()
+        return {name: wall for name, wall in walls if isinstance(wall, kind)}
 
     def require_wall(self, name: str, keys: Keys) -> None:
         """Raise SceneError if the scene has no wall of this name."""

@@ -471,7 +471,7 @@ WALLS = (
 )
 """Entry points of the functions that build walls, in the order of their contact.
 
-They take the names of a scene and, by the name of a wall, the condition that moves it.
+They take the names of a scene and those of its walls that move.
 """
 
 
