@@ -3,10 +3,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from softsim.applications import entry
 from softsim.builder import build_model
 from softsim.errors import SceneError
 from softsim.materials.library import library_material, library_names
 from softsim.scene.loading import load_scene
+from softsim.scene.loads import Load
+from softsim.scene.structural import STRUCTURES
+from softsim.scene.text import SchemaLocation
+from softsim.scene.walls import WALLS
 
 SCENES = sorted((Path(__file__).parents[2] / "scenes").glob("*.yaml"))
 MESH = "{generator: block, length: 10 mm, height: 5 mm, element_size: 2.5 mm}"
@@ -258,6 +263,13 @@ def test_a_mesh_file_is_read_in_its_unit(build, tmp_path):
     (tmp_path / "square.msh").write_text(GMSH)
     model = build(CUBE.replace(MESH, "{file: square.msh, length_unit: 1 cm}"))
     assert np.ptp(model.points, axis=0) == pytest.approx([0.1, 0.1])
+
+
+def test_each_entry_point_of_the_schema_exists():
+    of_loads = [load.built_by for load in SchemaLocation(Load).models]
+    assert len(of_loads) > 10
+    for point in (*of_loads, *STRUCTURES.values(), *WALLS):
+        assert callable(entry(point)), point
 
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
