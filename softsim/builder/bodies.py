@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from softsim.applications import entry
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import Geometry, Region
 from softsim.elements.plane_strain import PlaneStrain
@@ -20,12 +21,6 @@ from softsim.mesh.mesh import Mesh, mirrored, of_corners, transformed
 from softsim.mesh.quality import check
 from softsim.mesh.reading import GEOMETRY, MeshFile, read_mesh
 from softsim.model import Body, Model
-from softsim.robots.block import block, box
-from softsim.robots.leafbot import leafbot_section, leafbot_solid
-from softsim.robots.pfr import pfr_meridian, pfr_section, pfr_solid
-from softsim.robots.pneunet import pneunet, quadruped
-from softsim.robots.revolved import bellows_section, bellows_solid, bending_actuator
-from softsim.robots.spikes import spike_patch
 from softsim.scene import bodies as scene_bodies
 from softsim.scene.loading import LoadedScene
 from softsim.scene.meshes import FileMesh, GeneratedMesh
@@ -133,21 +128,6 @@ def material_keys(names: Names, body: str, cell_set: str | None) -> Keys:
     return (*keys, "material")
 
 
-GENERATORS: dict[str, Callable[..., Mesh]] = {
-    "block": block,
-    "box": box,
-    "pfr_section": pfr_section,
-    "pfr_meridian": pfr_meridian,
-    "pfr_solid": pfr_solid,
-    "leafbot_section": leafbot_section,
-    "leafbot_solid": leafbot_solid,
-    "spike_patch": spike_patch,
-    "pneunet": pneunet,
-    "quadruped": quadruped,
-    "bellows_section": bellows_section,
-    "bellows_solid": bellows_solid,
-    "bending_actuator": bending_actuator,
-}
 # Cells along the longest side of a generated body, at most.
 MOST_ALONG = 1e4
 # Families of ABAQUS's element types -> the formulation that they mean.
@@ -322,7 +302,7 @@ def generated(loaded: LoadedScene, name: str, source: GeneratedMesh) -> Mesh:
             "such a mesh would have too many cells: check the units of both",
         )
     try:
-        return GENERATORS[source.generator](**sizes)
+        return entry(source.built_by)(**sizes)
     except MemoryError:
         raise MeshError(
             "the mesh has more cells than fit into memory", hint="increase element_size"

@@ -1,6 +1,6 @@
 """Sources of the mesh of a body: a generator with its dimensions, or a file."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -8,7 +8,13 @@ from softsim.mesh.surface import CellKind
 from softsim.scene.quantities import Length, PositiveLength, Spec, Text, WholeNumber, written
 
 
-class _Filled(Spec):
+class GeneratedMesh(Spec):
+    """Mesh from sizes; built_by: entry point of its generator."""
+
+    built_by: ClassVar[str]
+
+
+class _Filled(GeneratedMesh):
     cells: CellKind = Field(
         default="simplex",
         description="Cell type. simplex: triangles or tetrahedra. quad: quadrilaterals or "
@@ -19,6 +25,7 @@ class _Filled(Spec):
 class BlockMesh(_Filled):
     """Rectangle (2D). Sets: bottom, top, left, right, surface."""
 
+    built_by: ClassVar[str] = "softsim.robots.block:block"
     generator: Literal["block"] = Field(description="Name of the mesh generator.")
     length: PositiveLength = Field(description="Size along x.")
     height: PositiveLength = Field(description="Size along y, from y = 0.")
@@ -109,6 +116,7 @@ class PfrSectionMesh(_PfrSkin, _Spiked):
     curved spikes (2D).
     """
 
+    built_by: ClassVar[str] = "softsim.robots.pfr:pfr_section"
     generator: Literal["pfr_section"] = Field(description="Name of the mesh generator.")
     spikes_per_strip: WholeNumber = Field(
         default=5, ge=0, le=100, description="Number of spikes on each strip."
@@ -123,6 +131,7 @@ class BoxMesh(_Filled):
     front, surface.
     """
 
+    built_by: ClassVar[str] = "softsim.robots.block:box"
     generator: Literal["box"] = Field(description="Name of the mesh generator.")
     length: PositiveLength = Field(description="Size along x.")
     width: PositiveLength = Field(description="Size along z.")
@@ -137,6 +146,7 @@ class PfrMeridianMesh(_PfrSkin):
     Rings represent the spikes.
     """
 
+    built_by: ClassVar[str] = "softsim.robots.pfr:pfr_meridian"
     generator: Literal["pfr_meridian"] = Field(description="Name of the mesh generator.")
     ring_rows: WholeNumber = Field(default=0, ge=0, le=100, description="Number of rings.")
     ring_pitch: PositiveLength = Field(
@@ -156,6 +166,7 @@ class PfrMeridianMesh(_PfrSkin):
 class PfrSolidMesh(_PfrSkin, _SpikedInSpace):
     """The PFR's skin with its curved spikes (3D). The axis is x."""
 
+    built_by: ClassVar[str] = "softsim.robots.pfr:pfr_solid"
     generator: Literal["pfr_solid"] = Field(description="Name of the mesh generator.")
     spikes_around: WholeNumber = Field(
         default=14, ge=1, le=100, description="Number of spikes in a row."
@@ -167,6 +178,7 @@ class SpikePatchMesh(_Skin, _SpikedInSpace):
     is at y = 0; the spikes point up and lean towards -x.
     """
 
+    built_by: ClassVar[str] = "softsim.robots.spikes:spike_patch"
     generator: Literal["spike_patch"] = Field(description="Name of the mesh generator.")
     cells: CellKind = Field(
         default="quad", description="Cell type. quad: hexahedra. simplex: tetrahedra."
@@ -226,6 +238,7 @@ class LeafbotSectionMesh(_Leafbot):
     tips at y = 0.
     """
 
+    built_by: ClassVar[str] = "softsim.robots.leafbot:leafbot_section"
     generator: Literal["leafbot_section"] = Field(description="Name of the mesh generator.")
     cells: CellKind = Field(
         default="quad", description="Cell type. quad: quadrilaterals. simplex: triangles."
@@ -240,6 +253,7 @@ class LeafbotSolidMesh(_Leafbot):
     side (z < 0) and the right side each have two limbs per row and a head.
     """
 
+    built_by: ClassVar[str] = "softsim.robots.leafbot:leafbot_solid"
     generator: Literal["leafbot_solid"] = Field(description="Name of the mesh generator.")
     cells: CellKind = Field(
         default="quad", description="Cell type. quad: hexahedra. simplex: tetrahedra."
@@ -299,6 +313,7 @@ class PneunetMesh(_Pneunet):
     end, middle, chamber (the inside), tip.
     """
 
+    built_by: ClassVar[str] = "softsim.robots.pneunet:pneunet"
     generator: Literal["pneunet"] = Field(description="Name of the mesh generator.")
     chambers: WholeNumber = Field(default=6, ge=1, le=100, description="Number of chambers.")
     chamber_length: PositiveLength = Field(
@@ -323,6 +338,7 @@ class QuadrupedMesh(_Pneunet):
     lower edge of a leg's tip).
     """
 
+    built_by: ClassVar[str] = "softsim.robots.pneunet:quadruped"
     generator: Literal["quadruped"] = Field(description="Name of the mesh generator.")
     chambers: WholeNumber = Field(default=4, ge=1, le=100, description="Chambers of a leg.")
     chamber_length: PositiveLength = Field(
@@ -346,7 +362,7 @@ class QuadrupedMesh(_Pneunet):
     )
 
 
-class _Bellows(Spec):
+class _Bellows(GeneratedMesh):
     convolutions: WholeNumber = Field(
         default=4, ge=1, le=100, description="Number of convolutions, of two rings each."
     )
@@ -374,6 +390,7 @@ class BellowsSectionMesh(_Bellows):
     touch), top.
     """
 
+    built_by: ClassVar[str] = "softsim.robots.revolved:bellows_section"
     generator: Literal["bellows_section"] = Field(description="Name of the mesh generator.")
     element_size: PositiveLength = Field(
         default=written("0.55 mm"), description="Longest edge of the cells along the wall."
@@ -385,18 +402,20 @@ class BellowsSolidMesh(_Bellows):
     base, chamber (the inside), folds (all that can touch), top.
     """
 
+    built_by: ClassVar[str] = "softsim.robots.revolved:bellows_solid"
     generator: Literal["bellows_solid"] = Field(description="Name of the mesh generator.")
     element_size: PositiveLength = Field(
         default=written("1.5 mm"), description="Longest edge of the cells along the wall."
     )
 
 
-class BendingActuatorMesh(Spec):
+class BendingActuatorMesh(GeneratedMesh):
     """Tube along x (3D) from x = 0, closed by a plug at its tip. Fibres around it and a strip on
     its bottom make it bend. Sets: root, chamber (the inside), tip (the end face of the plug),
     outside, bottom (the quarter of the outside that faces -y).
     """
 
+    built_by: ClassVar[str] = "softsim.robots.revolved:bending_actuator"
     generator: Literal["bending_actuator"] = Field(description="Name of the mesh generator.")
     length: PositiveLength = Field(
         default=written("60 mm"), description="Length of the chamber along x."
@@ -454,21 +473,6 @@ def _mesh_kind(value: Any) -> str | None:
     return getattr(value, "generator", None)
 
 
-GeneratedMesh = (
-    BlockMesh
-    | PfrSectionMesh
-    | BoxMesh
-    | PfrMeridianMesh
-    | PfrSolidMesh
-    | LeafbotSectionMesh
-    | LeafbotSolidMesh
-    | SpikePatchMesh
-    | PneunetMesh
-    | QuadrupedMesh
-    | BellowsSectionMesh
-    | BellowsSolidMesh
-    | BendingActuatorMesh
-)
 MeshSource = Annotated[
     Annotated[BlockMesh, Tag("block")]
     | Annotated[PfrSectionMesh, Tag("pfr_section")]

@@ -9,6 +9,7 @@ from softsim.errors import SceneError
 from softsim.materials.library import library_material, library_names
 from softsim.scene.loading import load_scene
 from softsim.scene.loads import Load
+from softsim.scene.meshes import FileMesh, MeshSource
 from softsim.scene.structural import STRUCTURES
 from softsim.scene.text import SchemaLocation
 from softsim.scene.walls import WALLS
@@ -268,7 +269,10 @@ def test_a_mesh_file_is_read_in_its_unit(build, tmp_path):
 def test_each_entry_point_of_the_schema_exists():
     of_loads = [load.built_by for load in SchemaLocation(Load).models]
     assert len(of_loads) > 10
-    for point in (*of_loads, *STRUCTURES.values(), *WALLS):
+    of_meshes = [
+        mesh.built_by for mesh in SchemaLocation(MeshSource).models if mesh is not FileMesh
+    ]
+    for point in (*of_loads, *of_meshes, *STRUCTURES.values(), *WALLS):
         assert callable(entry(point)), point
 
 
