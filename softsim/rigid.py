@@ -18,7 +18,6 @@ from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, matrix_field, real_field, vector_field
 from softsim.compute.nodes import PARTS, Nodes, parts_of
 from softsim.contact.wall import FixedFrame
-from softsim.elements.axisymmetric import Axisymmetric
 from softsim.scene.names import Names
 
 # -------------------------------------------------------------------------------------------------
@@ -438,7 +437,7 @@ def model_freedom(names: Names) -> tuple[bool, ...]:
     """Return the degrees of freedom that a rigid body has in this kind of model."""
     if names.dimension == 3:
         return SPACE_FREEDOM
-    return AXIAL_FREEDOM if isinstance(names.geometry, Axisymmetric) else PLANE_FREEDOM
+    return AXIAL_FREEDOM if names.is_axisymmetric else PLANE_FREEDOM
 
 
 def freedom(names: Names, name: str) -> tuple[bool, ...]:

@@ -14,7 +14,6 @@ from softsim.builder.passage import crossing, end_time, refuse_steady_probe, ste
 from softsim.builder.passage import robot as robot_of
 from softsim.contact.surface_contact import ContactData, PenaltyStiffness
 from softsim.contact.wall import Wall
-from softsim.elements.axisymmetric import Axisymmetric
 from softsim.loads.load import Load
 from softsim.loads.nodal import RisingGravity
 from softsim.loads.prescribed import (
@@ -292,7 +291,7 @@ def gravity(names: Names) -> np.ndarray:
     if isinstance(environment.gravity, tuple):
         return gravity_vector(names, environment.gravity)
     for key, angle in (("inclination", environment.inclination), ("roll", environment.roll)):
-        if isinstance(names.geometry, Axisymmetric) and angle != 0.0 and environment.gravity > 0.0:
+        if names.is_axisymmetric and angle != 0.0 and environment.gravity > 0.0:
             raise names.loaded.error(
                 ("environment", key), ALONG_ITS_AXIS,
                 f"leave the {key} out: gravity points down the axis y",
@@ -321,7 +320,7 @@ def gravity_vector(names: Names, components: tuple[float, ...]) -> np.ndarray:
                 f"leave the {key} out, or give gravity as one acceleration",
             )
     vector = names.vector(components, keys)
-    if isinstance(names.geometry, Axisymmetric) and vector[0] != 0.0:
+    if names.is_axisymmetric and vector[0] != 0.0:
         raise names.loaded.error(keys, ALONG_ITS_AXIS, "write 0 m/s^2 for x, the radial direction")
     return vector
 

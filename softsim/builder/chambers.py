@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import Geometry
-from softsim.elements.ring_section import RingSection
 from softsim.loads.air_line import AirLine, SetPoint, Tube
 from softsim.loads.load import LoadTargets, joined_facets
 from softsim.loads.pressure import (
@@ -55,10 +53,10 @@ def refuse_open_chamber(
     rim = np.unique(open_rim(facets))
     closed = held[rim].all(axis=1)
     mirrored = on_mirror(points, held, rim)
-    if isinstance(names.geometry, Axisymmetric):
+    if names.is_axisymmetric:
         # On the axis, or in a plane across it: a flat lid encloses the same wherever its rim is.
         closed |= (points[rim, 0] < 1e-12) | held[rim, 1]
-    if isinstance(names.geometry, RingSection):
+    if names.is_ring_section:
         closed |= held[rim, 0]
     loose = rim[~(closed | mirrored)]
     if len(loose):
@@ -80,7 +78,7 @@ def refuse_open_chamber(
 
 def reaches_axis(names: Names) -> bool:
     """Return True if a facet encloses the space between itself and an axis."""
-    return isinstance(names.geometry, Axisymmetric | RingSection)
+    return names.is_axisymmetric or names.is_ring_section
 
 
 def on_mirror(points: np.ndarray, held: np.ndarray, nodes: np.ndarray) -> np.ndarray:

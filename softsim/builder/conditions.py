@@ -6,7 +6,6 @@ import numpy as np
 
 from softsim.builder.chambers import lids, refuse_open_chamber
 from softsim.compute.mass_scaling import MassScaling, edges_of, grouped
-from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.ring_section import RingSection
@@ -72,7 +71,7 @@ def held_components(names: Names, bodies: tuple[Body, ...], points: np.ndarray) 
     for b in bodies:
         for k, set_name in enumerate(names.scene.bodies[b.name].fixed):
             held[names.node_set(f"{b.name}.{set_name}", ("bodies", b.name, "fixed", k))] = True
-        if isinstance(names.geometry, Axisymmetric):
+        if names.is_axisymmetric:
             held[b.nodes, 0] |= b.points[:, 0] < 1e-12
     for keys, fixed in names.conditions(Fixed):
         nodes = names.node_set(fixed.nodes, (*keys, "nodes"))
@@ -135,7 +134,7 @@ def spin(
 
 def angular_velocity(names: Names, given: float | tuple[float, ...], keys: Keys) -> np.ndarray:
     """Return an angular velocity (3,) [rad/s]; a section has its component about z alone."""
-    if isinstance(names.geometry, Axisymmetric):
+    if names.is_axisymmetric:
         raise names.loaded.error(
             keys,
             "an axisymmetric model cannot turn",

@@ -331,7 +331,7 @@ def crossing(names: Names, bodies: tuple[Body, ...]) -> Crossing | None:
             f"there is no body '{name}'",
             close_names(name, list(known), "bodies"),
         )
-    walls = list(names.walls(Terrain).values())
+    walls = list(names.walls(Terrain).values())  # type: ignore[type-abstract]
     if asked.goal is None and not walls:
         raise names.loaded.error(
             ("crossing",),

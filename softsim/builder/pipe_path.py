@@ -7,7 +7,6 @@ import numpy as np
 from softsim.contact import pipe_layout
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.surface_contact import ALLOWED_PENETRATION
-from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import SceneError
 from softsim.scene.names import Names, close_names, in_mm
 from softsim.scene.text import Keys, nearest
@@ -47,7 +46,7 @@ def pipe_network(names: Names, name: str, wall: PipePathWall) -> PipeNetwork:
     Raises SceneError if they cannot be built, or cross each other.
     """
     keys = ("environment", "walls", name)
-    if isinstance(names.geometry, Axisymmetric):
+    if names.is_axisymmetric:
         raise names.loaded.error(
             (*keys, "kind"),
             "a pipe_path is not possible in an axisymmetric model",

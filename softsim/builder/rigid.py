@@ -6,7 +6,6 @@ from scipy.spatial.transform import Rotation
 from softsim.contact.polyline import checked_polyline
 from softsim.contact.simple_walls import Cylinder, Sphere
 from softsim.contact.surface_contact import ALLOWED_PENETRATION, PenaltyStiffness
-from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import MeshError
 from softsim.mesh.mesh import SURFACE, signed_volumes, simplex_facets
 from softsim.mesh.reading import read_mesh
@@ -45,7 +44,7 @@ def tied_nodes(names: Names, is_free: np.ndarray) -> list[np.ndarray]:
     Raises SceneError if a node belongs to two bodies or is fixed.
     """
     taken = np.logical_not(is_free.all(axis=1))
-    if isinstance(names.geometry, Axisymmetric):
+    if names.is_axisymmetric:
         taken = np.logical_not(is_free[:, 1])  # nodes on the axis are held across it
     result = []
     for name, data in names.scene.rigid_bodies.items():
@@ -182,7 +181,7 @@ def placed_surface(names: Names, name: str, data: RigidSurface, first_node: int)
             )
         longest = data.element_size if isinstance(data.element_size, float) else usual
         vertices, facets = divided(points, faces, longest)
-        if isinstance(names.geometry, Axisymmetric):  # what lies on the axis has no area
+        if names.is_axisymmetric:  # what lies on the axis has no area
             facets = facets[vertices[facets, 0].max(axis=1) > 1e-9 * size]
     except MeshError as error:
         raise names.loaded.error(source, error.message, error.hint) from None
@@ -237,7 +236,7 @@ def read_rigid_surface(
         refuse_flat(points, faces)
         return points, faces
     lowest = points[:, 0].min() / np.ptp(points, axis=0).max()
-    if isinstance(names.geometry, Axisymmetric) and lowest < -1e-9:
+    if names.is_axisymmetric and lowest < -1e-9:
         raise MeshError(
             "a point of the surface is at a negative radius x", hint="give its half at x >= 0"
         )
@@ -261,7 +260,7 @@ def outline_shape(names: Names, name: str, data: RigidBody) -> Cylinder | Sphere
     if isinstance(outline, BallOutline):
         return Sphere(name, centre, outline.radius)
     assert outline is not None
-    axis = 1 if isinstance(names.geometry, Axisymmetric) else 0
+    axis = 1 if names.is_axisymmetric else 0
     return Cylinder(name, centre, axis, 0.5 * outline.length, 0.5 * outline.height)
 
 
@@ -273,7 +272,7 @@ def outline_points(names: Names) -> tuple[np.ndarray, np.ndarray]:
             continue
         shape = outline_shape(names, name, data)
         arms = touching_points(names, shape)
-        if isinstance(names.geometry, Axisymmetric):
+        if names.is_axisymmetric:
             arms = arms[arms[:, 0] >= 0.0]
         points.append(shape.centre + arms)
         owners.append(np.full(len(arms), r))

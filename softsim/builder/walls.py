@@ -13,7 +13,6 @@ from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.simple_walls import Cylinder, Sphere
 from softsim.contact.surface_contact import ALLOWED_PENETRATION, ContactData
 from softsim.contact.wall import FittedWall, Wall
-from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import SceneError
 from softsim.loads.prescribed import MovingWall, displacement
 from softsim.mesh.mesh import SURFACE
@@ -61,7 +60,7 @@ def moving(names: Names, wall: Wall, motions: Mapping[str, tuple[Keys, WallMotio
         return wall
     keys, condition = motions[name]
     axis = names.axis(condition.direction, (*keys, "direction"))
-    if isinstance(names.geometry, Axisymmetric) and axis == 0 and isinstance(wall, ON_AXIS):
+    if names.is_axisymmetric and axis == 0 and isinstance(wall, ON_AXIS):
         raise names.loaded.error(
             (*keys, "direction"),
             f"moved in this direction, '{name}' would leave the axis",

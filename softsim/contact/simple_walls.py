@@ -10,7 +10,6 @@ from softsim.compute import backend
 from softsim.compute.fields import real_field, vector_field
 from softsim.compute.term import PerScenario
 from softsim.contact.wall import Obstacle, Wall
-from softsim.elements.axisymmetric import Axisymmetric
 from softsim.scene.names import Names
 from softsim.scene.walls import CylinderWall, PipeWall, PlaneWall, SphereWall
 
@@ -317,7 +316,7 @@ def flat_walls(names: Names, motions: Collection[str]) -> list[HalfSpaces]:
 
 def pipe_sides(names: Names, wall: PipeWall) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return the sides of a straight pipe in a section: suffix of the name, a point, the normal."""
-    if isinstance(names.geometry, Axisymmetric):
+    if names.is_axisymmetric:
         return [("", np.array([0.5 * wall.diameter, 0.0]), np.array([-1.0, 0.0]))]
     return [
         (
@@ -357,7 +356,7 @@ def cylinders(names: Names, motions: Collection[str]) -> list[Cylinder]:
     for name, wall in names.walls(CylinderWall).items():
         keys = ("environment", "walls", name, "direction")
         axis = names.axis(wall.direction, keys)
-        if isinstance(names.geometry, Axisymmetric) and axis != 1:
+        if names.is_axisymmetric and axis != 1:
             raise names.loaded.error(keys, "y is the only axis of this model", "write y")
         centre = centre_of(names, name, wall)
         found.append(Cylinder(name, centre, axis, 0.5 * wall.length, 0.5 * wall.diameter))
@@ -368,7 +367,7 @@ def centre_of(names: Names, name: str, wall: SphereWall | CylinderWall) -> np.nd
     """Return the centre (d,) [m] of a wall that lies on the axis of an axisymmetric model."""
     keys = ("environment", "walls", name, "center")
     centre = names.vector(wall.center, keys)
-    if isinstance(names.geometry, Axisymmetric) and centre[0] != 0.0:
+    if names.is_axisymmetric and centre[0] != 0.0:
         raise names.loaded.error(
             keys,
             f"a {wall.kind} away from the axis would be a ring",

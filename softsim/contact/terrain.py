@@ -140,7 +140,8 @@ GROUND = 0.2
 
 def terrains(names: Names, motions: Collection[str]) -> list[PolylineWall]:
     """Return the terrains of a scene."""
-    return [built_terrain(names, *named) for named in names.walls(Terrain).items()]
+    found = names.walls(Terrain)  # type: ignore[type-abstract]
+    return [built_terrain(names, *named) for named in found.items()]
 
 
 def built_terrain(names: Names, name: str, wall: Terrain) -> PolylineWall:

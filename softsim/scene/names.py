@@ -124,6 +124,16 @@ class Names:
         return self.geometry.dimension
 
     @property
+    def is_axisymmetric(self) -> bool:
+        """True if x is the radius and y the axis of revolution."""
+        return self.geometry.name == "axisymmetric"
+
+    @property
+    def is_ring_section(self) -> bool:
+        """True if opposite sides of a section belong to the same rings."""
+        return self.geometry.name == "ring_section"
+
+    @property
     def median_side(self) -> float:
         """Median side of the facets on the surfaces of all bodies [m]."""
         sides = []

@@ -27,7 +27,6 @@ from softsim.compute.term import Pass, Stage, Term
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.surface_contact import ALLOWED_PENETRATION, ContactData, PenaltyStiffness
 from softsim.contact.wall import OffsetWall, Wall
-from softsim.elements.axisymmetric import Axisymmetric
 from softsim.rigid import RigidBodies
 from softsim.scene.loading import LoadedScene
 from softsim.scene.names import MeshedBody, Names, PlacedCable, in_mm, model_vector
@@ -264,7 +263,7 @@ def placed_cables(loaded: LoadedScene, bodies: Mapping[str, MeshedBody]) -> dict
     result = {}
     for name, data in loaded.scene.cables.items():
         keys = ("cables", name)
-        if isinstance(geometry, Axisymmetric):
+        if geometry.name == "axisymmetric":
             raise loaded.error(
                 keys, "a cable in an axisymmetric model would be a disc", "leave the cable out"
             )

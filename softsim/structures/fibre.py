@@ -29,10 +29,8 @@ from softsim.compute.fields import Number, index_field, real_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.samples import Samples
 from softsim.compute.term import Pass, Stage, Term
-from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.quadrature import cube_functions, simplex_gradients
-from softsim.elements.ring_section import RingSection
 from softsim.mesh.mesh import SURFACE
 from softsim.mesh.surface import at, closest_on_facets, side_lengths
 from softsim.rigid import RigidBodies
@@ -357,7 +355,7 @@ SURFACE_TOLERANCE = 0.05
 
 def refuse_all_around(names: Names, what: str, keys: Keys) -> None:
     """Raise SceneError in an axisymmetric or ring model, where `what` would be a closed sheet."""
-    if isinstance(names.geometry, Axisymmetric | RingSection):
+    if names.is_axisymmetric or names.is_ring_section:
         raise names.loaded.error(
             keys,
             f"{what} in a model that is {names.geometry.name} would be a closed sheet around the "

@@ -26,9 +26,7 @@ from softsim.compute import backend
 from softsim.compute.fields import Number, index_field, real_field, vector_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, Stage, Term
-from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import nodal_sums
-from softsim.elements.ring_section import RingSection
 from softsim.elements.solid import triangles_of
 from softsim.rigid import RigidBodies
 from softsim.scene.names import Names, in_mm
@@ -246,7 +244,7 @@ def layer(names: Names, name: str, points: np.ndarray) -> Layer:
     Layers on the same facets add up. Raises SceneError in a ring section, and on the axis.
     """
     data, keys = names.scene.layers[name], ("layers", name)
-    if isinstance(names.geometry, RingSection):
+    if names.is_ring_section:
         raise names.loaded.error(
             keys,
             "a ring_section cannot have a layer: the hoop stretch at its surface is not defined",
@@ -262,7 +260,7 @@ def layer(names: Names, name: str, points: np.ndarray) -> Layer:
     else:
         gradients, areas = on_edges(points[facets]), areas.sum(axis=1)
     around = np.zeros(len(facets))
-    if isinstance(names.geometry, Axisymmetric):
+    if names.is_axisymmetric:
         radius = points[facets][:, :, 0].mean(axis=1)
         refuse_axis(names, data.facets, points, facets, radius, (*keys, "facets"))
         around = 1.0 / radius

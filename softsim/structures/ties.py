@@ -35,7 +35,6 @@ from softsim.compute import backend
 from softsim.compute.fields import Number, index_field, real_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, Stage, Term
-from softsim.elements.ring_section import RingSection
 from softsim.errors import MeshError
 from softsim.mesh.quality import check
 from softsim.mesh.surface import at, closest_on_facets, side_lengths
@@ -272,7 +271,7 @@ def moved_body(
 
 def refuse_ring_section(names: Names, keys: Keys) -> None:
     """Raise SceneError in a ring section, where both strips would have to be tied equally."""
-    if isinstance(names.geometry, RingSection):
+    if names.is_ring_section:
         raise names.loaded.error(
             keys,
             "a ring_section cannot be tied: its two strips form one ring",
