@@ -75,8 +75,7 @@ from softsim.solver.penetration import (
     thinnest_wall,
 )
 from softsim.solver.plausibility import output_warnings, plausibility_warnings
-from softsim.solver.schedule import GROWTH, StableStepSchedule
-from softsim.solver.stable_step import StableStep, estimator
+from softsim.solver.stable_step import GROWTH, StableStep, StableStepSchedule, estimator
 from softsim.solver.stiffness_bound import ReferenceShape
 
 # -------------------------------------------------------------------------------------------------

@@ -25,7 +25,7 @@ from softsim.output.observation import columns, description, frame, mesh_of
 from softsim.scene.loading import LoadedScene
 from softsim.solver.explicit import Scenario
 from softsim.solver.guards import strain_warnings
-from softsim.solver.schedule import StableStepSchedule
+from softsim.solver.stable_step import StableStepSchedule
 
 log = logging.getLogger("softsim")
 

@@ -90,7 +90,7 @@ def test_the_first_inspection_comes_after_the_first_interval(
 ):
     """The step at the start is known from taking it."""
     from softsim.run.course import Run
-    from softsim.solver.schedule import FIRST_INTERVAL
+    from softsim.solver.stable_step import FIRST_INTERVAL
 
     done_at, inspect = [], Run._inspect
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from softsim.solver.schedule import (
+from softsim.solver.stable_step import (
     ALLOWED_CHANGE,
     FIRST_INTERVAL,
     FRACTION_TO_GROW,
