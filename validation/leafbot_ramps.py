@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softsim.analysis.measures import contact_count
+from softsim.analysis.catalogue import contact_count
 from softsim.report.style import BLUE, ORANGE, QUIET, drawing
 from softsim.scene.quantities import ROW_FORCE
 from validation.cases import Case, Outcome, Outcomes

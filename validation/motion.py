@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.analysis.measures import LEAST_PROGRESS, Walk, fall_begins, forward_walk
+from softsim.analysis.travel import LEAST_PROGRESS, Walk, fall_begins, forward_walk
 
 NAN = float("nan")
 MILLI = 1e3

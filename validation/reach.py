@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softsim.analysis.measures import LEAST_PROGRESS
+from softsim.analysis.travel import LEAST_PROGRESS
 from softsim.apps.reach.trials import progress
 from softsim.errors import StabilityError
 from softsim.report.style import QUIET, drawing

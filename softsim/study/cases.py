@@ -15,6 +15,7 @@ from pydantic import BaseModel
 
 import softsim
 from softsim import __version__
+from softsim.analysis.catalogue import produced
 from softsim.applications import STUDY_MODELS, entry
 from softsim.errors import Option, SceneError
 from softsim.scene.loading import (
@@ -25,7 +26,7 @@ from softsim.scene.loading import (
     read_scene,
     validated_as,
 )
-from softsim.scene.measures import Measure, produced, recorded
+from softsim.scene.measures import Measure, recorded
 from softsim.scene.schema import Scene
 from softsim.scene.text import Origin, Tree
 

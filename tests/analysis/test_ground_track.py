@@ -3,28 +3,11 @@
 import numpy as np
 import pytest
 
-from softsim.analysis.measures import track_report
-from softsim.builder import build_model
-from softsim.scene.loading import load_scene
+from softsim.analysis.travel import track_report
 
-SCENE = """
-bodies:
-  b: {mesh: {generator: box, length: 2 mm, height: 1 mm, width: 1 mm, element_size: 1 mm},
-      formulation: solid, material: dragon_skin_10}
-rigid_bodies: {frame: {mass: 1 g, inertia: 1 g*mm^2, center: [1 mm, 1 mm, 0 mm]}}
-loads:
-  motor: {kind: eccentric_mass, acts_on: frame, eccentric_mass: 1 mg, radius: 1 mm,
-          frequency: 95 Hz}
-output: {probes: {top: {kind: displacement, nodes: b.top}}}
-robot: {track: top}
-time: {end: 2 s}
-"""
 SPEED, RADIUS = 0.1, 0.067  # m/s, m
-
-
-@pytest.fixture
-def model(write_scene):
-    return build_model(load_scene(write_scene(SCENE)))
+TURN = 1.0 / 95.0
+"""Period [s] of the motor."""
 
 
 def circling(t, sense):
@@ -44,24 +27,24 @@ def circling(t, sense):
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 @pytest.mark.parametrize("end", [1.0, 9.0])
-def test_a_circle_is_told_without_the_shaking_of_the_motor(model, sense, end):
-    told = track_report(model, circling(np.arange(0.0, end, 2.5e-4), sense))
+def test_a_circle_is_told_without_the_shaking_of_the_motor(sense, end):
+    told = track_report(circling(np.arange(0.0, end, 2.5e-4), sense), "top", TURN)
     assert told["curvature"] == pytest.approx(sense / RADIUS, rel=2e-3)
     assert told["turning_rate"] == pytest.approx(sense * SPEED / RADIUS, rel=1e-9)
     assert told["speed"] == pytest.approx(SPEED, rel=0.02)
 
 
-def test_displacements_are_forward_and_to_the_left(model):
+def test_displacements_are_forward_and_to_the_left():
     t = np.linspace(0.0, 1.0, 2001)
-    told = track_report(model, {"time": t, "top_x": -2e-3 * t, "top_z": 3e-3 * t,
-                                "frame_rotation_y": 0.0 * t})  # fmt: skip
+    history = {"time": t, "top_x": -2e-3 * t, "top_z": 3e-3 * t, "frame_rotation_y": 0.0 * t}
+    told = track_report(history, "top", TURN)
     assert told["forward_displacement"] == pytest.approx(-2e-3)
     assert told["sideways_displacement"] == pytest.approx(-3e-3)
     assert told["speed"] == pytest.approx(-2e-3)
     assert told["curvature"] == pytest.approx(0.0, abs=1e-6)
 
 
-def test_nothing_is_told_of_a_run_of_few_turns(model):
-    told = track_report(model, circling(np.linspace(0.0, 0.2, 500), 1.0))
+def test_nothing_is_told_of_a_run_of_few_turns():
+    told = track_report(circling(np.linspace(0.0, 0.2, 500), 1.0), "top", TURN)
     assert told["curvature"] is told["turning_rate"] is told["speed"] is None
     assert told["forward_displacement"] > 0.0

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from softsim.analysis.measures import controlled_cycles, forward_walk, walk_pressures
+from softsim.analysis.measures import controlled_cycles
+from softsim.analysis.travel import forward_walk, walk_pressures
 from softsim.loads.pressure_control import Phase
 from softsim.loads.profile import Cycle
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from softsim.analysis.measures import contact_count, row_contacts, touching_areas
+from softsim.analysis.catalogue import Run, contact_count, values
+from softsim.scene.measures import Part
 
 PRESSED = """\
 bodies:
@@ -51,9 +52,12 @@ def test_a_block_lies_on_all_its_area(build, start):
         "time": np.array([0.0, 1.0, 3.0]),
         "contact_area": np.array([0.0, 2.0, 1.0]),
         "row_force_block.bottom": np.array([0.0, 1.0, 0.0]),
+        "rows_in_contact": np.array([0.0, 1.0, 0.0]),
+        "wall_force_normal": np.array([0.0, 1.0, 0.0]),
+        "slip_share": np.zeros(3),
     }
-    areas = touching_areas(history)
-    assert areas == {"largest_contact_area": 2.0, "mean_contact_area": pytest.approx(4.0 / 3.0)}
-    assert row_contacts(model, history) == {
-        "row_contacts": [1], "row_contact_shares": [pytest.approx(1.0 / 3.0)]
-    }  # fmt: skip
+    found = values(Run(history, {Part.ROWS}, rows=["block.bottom"]))
+    assert found["largest_contact_area"] == 2.0
+    assert found["mean_contact_area"] == pytest.approx(4.0 / 3.0)
+    assert found["row_contacts"] == [1]
+    assert found["row_contact_shares"] == [pytest.approx(1.0 / 3.0)]

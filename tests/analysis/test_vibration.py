@@ -1,23 +1,15 @@
 """The dominant frequency of motions that are sums of known sines, at rows of uneven spacing."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from softsim.analysis.measures import LEAST_AMPLITUDE, dominant_frequency, strongest
+from softsim.analysis.catalogue import LEAST_AMPLITUDE, Run, dominant_frequency
+from softsim.analysis.travel import strongest
+from softsim.scene.measures import Part
 
-PLANE = """
-bodies:
-  b: {mesh: {generator: block, length: 1 mm, height: 1 mm, element_size: 1 mm},
-      formulation: plane_strain, thickness: 1 mm, material: dragon_skin_10}
-rigid_bodies: {frame: {mass: 8.8 g, inertia: 1 g*mm^2}}
-loads:
-  motor: {kind: eccentric_mass, acts_on: frame, eccentric_mass: 0.5 g, radius: 2 mm,
-          frequency: 192 Hz, spin_up: 50 ms}
-time: {end: 3 s}
-"""
-SPACE = PLANE.replace("plane_strain, thickness: 1 mm", "solid").replace(
-    "block,", "box, width: 1 mm,"
-)
+MOTOR = SimpleNamespace(frequency=192.0, spin_up=0.05)
 
 
 def rows(end=3.0, interval=2e-3, jitter=0.0):
@@ -45,61 +37,63 @@ def test_a_sine_on_a_drift(frequency, jitter):
     assert found.amplitude == pytest.approx(50e-6, rel=0.01)
 
 
-def frame(t, y, **other):
-    return {"time": t, "frame_x": 0.0 * t, "frame_y": y, **other}
+def frame(t, y, motors=(MOTOR,)):
+    """A run whose frame moves along y."""
+    return Run({"time": t, "frame_x": 0.0 * t, "frame_y": y}, {Part.FRAME}, motors=motors)
 
 
-def test_the_last_second_counts(build):
+def test_the_last_second_counts():
     """It bounced at half the frequency before, and the motor had to spin up."""
     t = rows()
     y = np.where(t < 1.9, sine(t, 96.0, 1e-3), sine(t, 192.0))
-    assert dominant_frequency(build(PLANE), frame(t, y)) == pytest.approx(192.0, abs=0.01)
+    assert dominant_frequency(frame(t, y)) == pytest.approx(192.0, abs=0.01)
 
 
-def test_the_way_of_the_pressure_is_no_vibration(build):
+def test_the_way_of_the_pressure_is_no_vibration():
     """A sag of a millimetre within the second, far more than the vibration."""
     t = rows()
     y = sine(t, 192.0) - 1e-3 * np.maximum(t - 2.4, 0.0) ** 2
-    assert dominant_frequency(build(PLANE), frame(t, y)) == pytest.approx(192.0, abs=0.01)
+    assert dominant_frequency(frame(t, y)) == pytest.approx(192.0, abs=0.01)
 
 
 @pytest.mark.parametrize("larger, other", [("y", "z"), ("z", "y")])
-def test_in_space_the_larger_swing_counts(build, larger, other):
+def test_in_space_the_larger_swing_counts(larger, other):
     t = rows()
-    history = frame(t, None) | {
+    history = {
+        "time": t,
         f"frame_{larger}": sine(t, 192.0),
         f"frame_{other}": sine(t, 96, 2e-5),
     }
-    assert dominant_frequency(build(SPACE), history) == pytest.approx(192.0, abs=0.01)
+    run = Run(history, {Part.FRAME, Part.Z}, motors=[MOTOR])
+    assert dominant_frequency(run) == pytest.approx(192.0, abs=0.01)
 
 
 @pytest.mark.parametrize(
     "interval, is_told",
     [(2.0e-3, True), (2.6e-3, True), (2.61e-3, False), (5.0e-3, False)],  # two rows in 5.2 ms
 )
-def test_too_few_rows_a_turn_tell_nothing(build, interval, is_told):
+def test_too_few_rows_a_turn_tell_nothing(interval, is_told):
     t = rows(interval=interval)
-    found = dominant_frequency(build(PLANE), frame(t, sine(t, 100.0)))
+    found = dominant_frequency(frame(t, sine(t, 100.0)))
     assert (found is not None) is is_told
 
 
 @pytest.mark.parametrize(
     "end, is_told", [(0.05 + 19.0 / 192.0, False), (0.05 + 22.0 / 192.0, True)]
 )
-def test_a_motor_that_has_hardly_run_tells_nothing(build, end, is_told):
+def test_a_motor_that_has_hardly_run_tells_nothing(end, is_told):
     t = rows(end)
-    found = dominant_frequency(build(PLANE), frame(t, sine(t, 192.0)))
+    found = dominant_frequency(frame(t, sine(t, 192.0)))
     assert (found is not None) is is_told
 
 
 @pytest.mark.parametrize("share, is_told", [(0.0, False), (0.9, False), (1.1, True)])
-def test_a_frame_that_stands_still_does_not_vibrate(build, share, is_told):
+def test_a_frame_that_stands_still_does_not_vibrate(share, is_told):
     t = rows()
-    found = dominant_frequency(build(PLANE), frame(t, sine(t, 192.0, share * LEAST_AMPLITUDE)))
+    found = dominant_frequency(frame(t, sine(t, 192.0, share * LEAST_AMPLITUDE)))
     assert (found is not None) is is_told
 
 
-def test_without_a_motor_there_is_none(build):
+def test_without_a_motor_there_is_none():
     t = rows()
-    silent = PLANE.partition("loads:")[0] + "time: {end: 3 s}\n"
-    assert dominant_frequency(build(silent), frame(t, sine(t, 192.0))) is None
+    assert dominant_frequency(frame(t, sine(t, 192.0), motors=())) is None

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from softsim.analysis.catalogue import VERDICTS
 from softsim.analysis.passage import CrossingCondition, crossing_report
 from softsim.contact import polyline, terrain
 from softsim.errors import MeshError, SceneError
 from softsim.output.stop_conditions import see_history
-from softsim.scene.measures import OF_CROSSINGS
+from softsim.scene.measures import Part
 
 SCENE = """\
 bodies:
@@ -153,7 +154,7 @@ def test_verdicts_say_why(build, rear, verdict, sentence):
     report = crossing_report(crossing, history)
     assert (report["verdict"], report["passed"]) == (verdict, float(verdict == "passed"))
     assert sentence in report["sentence"]
-    assert {f"crossing.{name}" for name in report} == set(OF_CROSSINGS)
+    assert {f"crossing.{name}" for name in report} == set(VERDICTS[Part.CROSSING])
     assert seen(CrossingCondition(crossing), history).is_over == (verdict == "passed")
     impatient = seen(CrossingCondition(replace(crossing, patience=1.5)), history)
     assert impatient.is_over == (sentence != "still moving at the end time")

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from softsim.analysis.measures import LEAST_PROGRESS
+from softsim.analysis.travel import LEAST_PROGRESS
 from softsim.apps.reach.distance import (
     Distance,
     PathLoad,

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softsim.analysis.measures import fall_begins
+from softsim.analysis.travel import fall_begins
 from softsim.errors import StabilityError
 from softsim.scene.bodies import BallOutline
 from softsim.scene.loading import (

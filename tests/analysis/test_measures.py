@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from softsim.analysis.catalogue import SIZES_AND_TIMES
 from softsim.analysis.measures import measures
-from softsim.scene.measures import OF_RUNS
 
 BODY = """
 bodies:
@@ -51,6 +51,7 @@ def history(end: float) -> dict[str, np.ndarray]:
         "frame_x": 1e-3 * np.interp(t, *PLACES),
         "frame_y": 0.0 * t,
         "body_x": 0.0 * t,
+        "body_y": 0.0 * t,
         "contact_area": 0.0 * t,
         "row_force_b.top": np.where(t > 2.0, 4.0, 1.0),
         "rows_in_contact": np.where(pressure > 15e3, 3.0, 5.0),
@@ -177,7 +178,7 @@ def test_a_short_run(write_scene, tmp_path, kernel_cache, monkeypatch):
     console = Console(file=io.StringIO())
     run(write_scene(RUN), (), tmp_path / "out", "cpu", console=console)
     found = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert set(OF_RUNS) <= set(found)
+    assert set(SIZES_AND_TIMES) <= set(found)
     assert found["peak_pull"] == pytest.approx(50e-3, rel=0.01)
     assert found["slip_share"] > 0.99
     assert not {"rows_in_contact", "rows_at_highest"} & set(found)  # it has no rows

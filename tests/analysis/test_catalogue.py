@@ -1,13 +1,14 @@
-"""What scene/measures.py says that a run tells is what analysis/measures.py finds."""
+"""The measures that a scene promises are those of its run."""
 
 import numpy as np
 import pytest
 
-from softsim.analysis.measures import measures
+from softsim.analysis.catalogue import SIZES_AND_TIMES, produced
+from softsim.analysis.measures import measures, recorded_run
 from softsim.builder import build_model
 from softsim.output.observation import columns
 from softsim.scene.loading import load_scene
-from softsim.scene.measures import OF_RUNS, produced
+from softsim.scene.measures import parts_of, recorded
 
 BODY = """
 bodies:
@@ -94,7 +95,7 @@ def flat(found, prefix=""):
             yield prefix + name, value
 
 
-@pytest.mark.parametrize(
+SCENES = pytest.mark.parametrize(
     "parts",
     [
         (BODY,),
@@ -108,12 +109,25 @@ def flat(found, prefix=""):
         (OF_REVOLUTION,),
     ],
 )
+
+
+@SCENES
+def test_parts_and_columns(write_scene, parts):
+    loaded = load_scene(write_scene("".join(parts)))
+    model = build_model(loaded)
+    assert recorded_run(model, history(model)).parts == parts_of(loaded.scene)
+    units = columns(model)
+    for name, column in recorded(loaded.scene).items():
+        assert units[name] == (column.unit or "-"), name
+
+
+@SCENES
 def test_names_and_kinds(write_scene, parts):
     loaded = load_scene(write_scene("".join(parts)))
     model = build_model(loaded)
     found = dict(flat(measures(model, history(model))))
     said = produced(loaded.scene)
-    of_the_run = set(OF_RUNS)
+    of_the_run = set(SIZES_AND_TIMES)
     said_of_layouts = {name for name in said if name.startswith("layout.")}
     found_of_layouts = {name for name in found if name.startswith("layout.")}
     assert set(said) - of_the_run - said_of_layouts == set(found) - found_of_layouts
