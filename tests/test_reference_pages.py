@@ -8,6 +8,7 @@ import pytest
 from pages import ROOT
 from typer.main import get_command
 
+from softsim.analysis.catalogue import MEASURES
 from softsim.cli import app
 from softsim.scene.schema import scene_json_schema
 
@@ -62,6 +63,12 @@ def test_every_command_is_described_in_full(reference):
     assert all(text.endswith(".") and not text.endswith("...") for text in listed)
 
 
+def test_every_measure_of_the_catalogue_has_a_row_with_a_meaning(reference):
+    rows = [line for line in reference.measures() if line.startswith("| `")]
+    assert [row.split("`")[1] for row in rows] == [measure.name for measure in MEASURES]
+    assert all(re.fullmatch(r"\| `[\w.]+` \| [^|]+ \| [A-Z`][^|]+\. \|", row) for row in rows)
+
+
 def test_a_page_without_the_mark_stays_as_it_is(reference):
     class File:
         src_uri = "reference/scene.md"
@@ -73,5 +80,7 @@ def test_a_page_without_the_mark_stays_as_it_is(reference):
     assert "### `yeoh`" in reference.on_page_markdown(reference.MARK, Page)
     File.src_uri = "reference/commands.md"
     assert "softsim run" in reference.on_page_markdown(reference.MARK, Page)
+    File.src_uri = "reference/results.md"
+    assert "| `peak_pull` | N |" in reference.on_page_markdown(reference.MARK, Page)
     File.src_uri = "index.md"
     assert reference.on_page_markdown(reference.MARK, Page) == reference.MARK

@@ -1,6 +1,7 @@
-"""MkDocs hook: reference/scene.md and reference/commands.md are generated when the site is built.
+"""MkDocs hook: parts of the reference are generated when the site is built.
 
-The keys of a scene come from its JSON schema, the commands from the command line itself.
+The keys of a scene come from its JSON schema, the commands from the command line itself, the
+measures of a run from their catalogue.
 """
 
 import json
@@ -15,6 +16,7 @@ from typer.cli import get_docs_for_click
 from typer.core import TyperGroup
 from typer.main import get_command
 
+from softsim.analysis.catalogue import CATALOGUE
 from softsim.cli import app
 from softsim.scene.schema import scene_json_schema
 
@@ -35,7 +37,19 @@ def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
         return markdown.replace(MARK, "\n".join(SceneReference().lines()))
     if page.file.src_uri == "reference/commands.md":
         return markdown.replace(MARK, commands())
+    if page.file.src_uri == "reference/results.md":
+        return markdown.replace(MARK, "\n".join(measures()))
     return markdown
+
+
+def measures() -> Iterator[str]:
+    """Yield the lines of a table for each subject of the catalogue of measures."""
+    for subject, listed in CATALOGUE.items():
+        yield from ("", f"#### {subject}", "", "| measure | unit | meaning |", "|---|---|---|")
+        for one in listed:
+            each = f"One value per {one.kind.listed}." if one.kind.listed else ""
+            meaning = " ".join(filter(None, (one.about, one.details, each)))
+            yield f"| `{one.name}` | {one.kind.unit or '-'} | {meaning} |"
 
 
 def commands() -> str:

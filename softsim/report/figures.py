@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 from scipy.spatial import KDTree
 
+from softsim.analysis.catalogue import CONTACT, DRIVE, MOTION, PRESSURE_CYCLES, RunMeasure
 from softsim.analysis.travel import (
     STANDSTILL,
     History,
@@ -65,6 +66,7 @@ from softsim.report.snapshots import (
     state,
 )
 from softsim.report.style import PAGE_WIDTH, STYLE
+from softsim.units import size_of, usual_unit
 
 # -------------------------------------------------------------------------------------------------
 # Readable text of the summary of a run and of single numbers.
@@ -83,11 +85,6 @@ def duration(seconds: float) -> str:
 def counted(number: int, thing: str) -> str:
     """Return a number of things: "1 warning", "2 warnings"."""
     return f"{number} {thing}{'' if number == 1 else 's'}"
-
-
-def each(values: Sequence[float | None], factor: float, unit: str) -> str:
-    """Return one entry per pressure cycle in the unit; a cycle without motion has no number."""
-    return ", ".join("no motion" if v is None else f"{v * factor:.4g} {unit}" for v in values)
 
 
 def track(told: Mapping[str, float | None]) -> str:
@@ -124,58 +121,45 @@ class Entry:
     label: str = ""
 
 
-MOVED = {
-    "displacement_per_cycle": Entry(lambda v: each(v, 1e3, "mm")),
-    "mean_speed": Entry(
-        lambda v: f"{v * 1e3:.3g} mm/s",
-        "Displacement of the frame divided by time, over the complete pressure cycles; without "
-        "cycles, over the whole run.",
-    ),
-    "track": Entry(track),
+THREE_DIGITS = ("m/s", "m^2", "N")
+"""SI units of measures that are written with three digits; others have four."""
+
+IN_WORDS: dict[str, Callable[[Any], str]] = {
+    "rows_in_contact": lambda v: f"at most {v:g}",
+    "row_contact_shares": lambda v: ", ".join(f"{100.0 * s:.0f}" for s in v) + " % of the time",
+    "slip_share": lambda v: f"{100.0 * v:.0f} % of the normal impulse",
 }
+"""Notation of the measures that need more than a number with a unit."""
+
+
+def entry_of(measure: RunMeasure) -> Entry:
+    """Return the notation of a measure of the catalogue: numbers in the usual unit, or words."""
+    si = measure.kind.unit
+    unit = usual_unit(si) if si else ""
+    size = size_of(unit, si) if si else 1.0
+    digits = 3 if si in THREE_DIGITS else 4
+
+    def number(value: float | None) -> str:
+        if value is None:
+            return "no motion"
+        return f"{value / size:.{digits}g} {unit}" if unit else f"{value:g}"
+
+    def numbers(values: Sequence[float | None]) -> str:
+        return ", ".join(map(number, values))
+
+    write = IN_WORDS.get(measure.name, numbers if measure.kind.listed else number)
+    return Entry(write, measure.about, measure.label)
+
+
+def entries_of(measures: Iterable[RunMeasure]) -> dict[str, Entry]:
+    """Return the notation of those measures that have a line on the page, by key."""
+    return {measure.name: entry_of(measure) for measure in measures if measure.on_page}
+
+
+MOVED = entries_of(MOTION) | {"track": Entry(track)}
 """Notation of the results on motion other than the displacement, by key."""
 
-FOUND = {
-    "ended_by": Entry(str),
-    "cycles_done": Entry(str, label="pressure cycles done"),
-    "deflation_begin_pressure": Entry(lambda v: each(v, 1e-3, "kPa")),
-    "deflation_end_pressure": Entry(lambda v: each(v, 1e-3, "kPa")),
-    "onset_pressure": Entry(
-        lambda v: each(v, 1e-3, "kPa"),
-        "Pressure in each deflation at which 5 % of the forward motion had occurred.",
-    ),
-    "end_pressure": Entry(
-        lambda v: each(v, 1e-3, "kPa"),
-        "Pressure in each deflation at which 95 % of the forward motion had occurred.",
-    ),
-    "rows_in_contact": Entry(
-        lambda v: f"at most {v:g}",
-        "Largest number of rows of spikes in contact with a wall at the same time.",
-    ),
-    "row_contact_shares": Entry(
-        lambda v: ", ".join(f"{100.0 * s:.0f}" for s in v) + " % of the time",
-        "Fraction of the time in which each row of spikes, or limb, was in contact with a wall, "
-        "in order.",
-        label="time in contact, each row",
-    ),
-    "mean_contact_area": Entry(
-        lambda v: f"{v * 1e6:.3g} mm^2",
-        "Area in contact with walls, measured on the undeformed mesh, averaged over the run.",
-    ),
-    "slip_share": Entry(
-        lambda v: f"{100.0 * v:.0f} % of the normal impulse",
-        "Fraction of the normal impulse of the walls that acted on sliding nodes; the rest acted "
-        "on sticking nodes.",
-        label="sliding contact",
-    ),
-    "dominant_frequency": Entry(
-        lambda v: f"{v:.4g} Hz",
-        "Dominant frequency of the frame normal to its direction of travel, in the last second.",
-        label="transverse vibration of the frame",
-    ),
-    "peak_pull": Entry(lambda v: f"{v:.3g} N", "Largest tension of the first tendon."),
-    "mean_pull": Entry(lambda v: f"{v:.3g} N", "Mean tension of the first tendon over the run."),
-}
+FOUND = {"ended_by": Entry(str)} | entries_of((*PRESSURE_CYCLES, *CONTACT, *DRIVE))
 """Notation of all other results, by key."""
 
 COMPUTED = {
