@@ -81,6 +81,8 @@ def test_a_page_without_the_mark_stays_as_it_is(reference):
     File.src_uri = "reference/commands.md"
     assert "softsim run" in reference.on_page_markdown(reference.MARK, Page)
     File.src_uri = "reference/results.md"
-    assert "| `peak_pull` | N |" in reference.on_page_markdown(reference.MARK, Page)
+    marks = reference.MARK_OF_MEASURES + reference.MARK_OF_COLUMNS
+    page = reference.on_page_markdown(marks, Page)
+    assert "| `peak_pull` | N |" in page and "| `rear_x`, `front_x` | m |" in page
     File.src_uri = "index.md"
     assert reference.on_page_markdown(reference.MARK, Page) == reference.MARK

@@ -8,6 +8,7 @@ import json
 import re
 from collections import defaultdict
 from collections.abc import Iterator
+from itertools import groupby
 from typing import Any
 
 import typer
@@ -18,10 +19,12 @@ from typer.main import get_command
 
 from softsim.analysis.catalogue import CATALOGUE
 from softsim.cli import app
+from softsim.scene.quantities import COLUMNS
 from softsim.scene.schema import scene_json_schema
 
 Schema = dict[str, Any]
-MARK = "<!-- generated -->"
+MARK, MARK_OF_MEASURES = "<!-- generated -->", "<!-- measures -->"
+MARK_OF_COLUMNS = "<!-- columns -->"
 # A profile exists for each quantity and for factors; the page describes that of a pressure.
 SHAPES = "Constant|Ramp|SmoothStep|Sine|Table|PeriodicCycles"
 OF_QUANTITY = re.compile(rf"^(Length|Velocity|Force|ForceDensity|Mass|Volume|Factor)(?={SHAPES}$)")
@@ -38,7 +41,9 @@ def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
     if page.file.src_uri == "reference/commands.md":
         return markdown.replace(MARK, commands())
     if page.file.src_uri == "reference/results.md":
-        return markdown.replace(MARK, "\n".join(measures()))
+        tables = {MARK_OF_MEASURES: measures(), MARK_OF_COLUMNS: columns()}
+        for mark, lines in tables.items():
+            markdown = markdown.replace(mark, "\n".join(lines))
     return markdown
 
 
@@ -60,6 +65,14 @@ def commands() -> str:
         one.short_help = one.get_short_help_str(limit=200)
     context = typer.Context(command, info_name="softsim")
     return get_docs_for_click(obj=command, ctx=context, name="softsim", indent=1)
+
+
+def columns() -> Iterator[str]:
+    """Yield the lines of the table of columns of the history; components share a row."""
+    yield from ("| column | unit | meaning |", "|---|---|---|")
+    for column, group in groupby(COLUMNS, key=COLUMNS.__getitem__):
+        names = ", ".join(f"`{name}`" for name in group)
+        yield f"| {names} | {column.unit} | {column.about} |"
 
 
 def target(reference: str) -> str:

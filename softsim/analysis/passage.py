@@ -14,6 +14,7 @@ import numpy as np
 from softsim.contact.pipe_network import PipeNetwork, stations
 from softsim.contact.pipe_path import Segment, narrowings, nearest_feature
 from softsim.model import Crossing, Model, Passage
+from softsim.scene.quantities import COLUMNS
 from softsim.solver.explicit import Scenario
 
 History = dict[str, np.ndarray]
@@ -160,18 +161,13 @@ def last_rows(passage: Passage, history: History) -> np.ndarray:
 REACH = 2e-3
 
 PATH_COLUMNS = {
-    "arc_length": "m",  # of the body's centre along the path
-    "branch": "-",  # in which that is, counted from 0, the pipe of the start
-    "clearance": "m",  # smallest gap of its outline to the pipe at this moment
-    # Forces of walls, means of the interval; on its outline:
-    "frame_wall_force": "N",  # magnitudes summed
-    "frame_pinch": "N",  # half of what of that cancels out: a force that clamps it from two sides
-    "frame_drag": "N",  # against the way along the path
-    # on the whole robot:
-    "thrust": "N",  # what pushes it along the path
-    "drag": "N",  # what pushes it back
-    "narrowing_drag": "N",  # the part of the drag that acts where the pipe narrows
-}
+    name: COLUMNS[name].unit
+    for name in (
+        "arc_length", "branch", "clearance",
+        # means of the interval
+        "frame_wall_force", "frame_pinch", "frame_drag", "thrust", "drag", "narrowing_drag",
+    )
+}  # fmt: skip
 """Additional columns in the history of a layout, name -> unit."""
 
 
@@ -371,7 +367,7 @@ def contact_description(indicators: BlockageIndicators) -> str:
 # The reason for a body that has not passed follows from the motion of its ends alone.
 
 PASSED, STUCK = "passed", "stuck"
-CROSSING_COLUMNS = {"rear_x": "m", "front_x": "m"}
+CROSSING_COLUMNS = {name: COLUMNS[name].unit for name in ("rear_x", "front_x")}
 LATE = 0.25  # share of a run by whose end it is told whether the body still moves
 SLIPPED = 0.1  # of its length: the way back after which it has slipped
 STANDS = 0.02  # of its length: what stands gains less in the LATE part of the run or its patience

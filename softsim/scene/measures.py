@@ -10,6 +10,7 @@ from enum import Enum
 from softsim.scene.loads import FollowerPressureSpec, Pneumatic, TendonSpec
 from softsim.scene.outputs import probe_columns
 from softsim.scene.profiles import EventCyclesProfile, ever_falls
+from softsim.scene.quantities import COLUMNS
 from softsim.scene.schema import Scene
 
 
@@ -27,18 +28,13 @@ class Measure:
     is_share: bool = False
 
 
-LENGTH, SPEED, PRESSURE = Measure("m"), Measure("m/s"), Measure("Pa")
-ENERGY = Measure("J")
+LENGTH, SPEED = Measure("m"), Measure("m/s")
 FORCE, TIME, FREQUENCY, AREA = Measure("N"), Measure("s"), Measure("Hz"), Measure("m^2")
 NUMBER, LABEL, SHARE = Measure(), Measure(is_label=True), Measure(is_share=True)
 CYCLES, NODES, ROWS = "pressure cycle", "node", "row"
 LENGTHS, PRESSURES = Measure("m", listed=CYCLES), Measure("Pa", listed=CYCLES)
 
-WITHOUT_DERIVATIVE = (
-    "time", "cycles_done", "contact_count", "contact_area", "rows_in_contact", "slip_share",
-    "kinetic_energy", "external_work", "friction_dissipation", "viscous_dissipation",
-    "damage_dissipation", "energy_error", "unbalanced_share",
-)  # fmt: skip
+WITHOUT_DERIVATIVE = frozenset(n for n, column in COLUMNS.items() if not column.has_derivative)
 """Columns that are counts, errors, or sums over the load steps."""
 
 OF_PROBES = {
@@ -107,15 +103,15 @@ def parts_of(scene: Scene) -> frozenset[Part]:
 def recorded(scene: Scene) -> dict[str, Measure]:
     """Return the columns of a run's history that a study can evaluate, by name."""
     parts, axes = parts_of(scene), axes_of(scene)
-    found = {"contact_area": AREA, "wall_force_normal": FORCE, "energy_error": NUMBER}
-    found |= {"internal_energy": ENERGY, "kinetic_energy": ENERGY, "external_work": ENERGY}
-    found |= {f"body_{axis}": LENGTH for axis in axes}
-    found |= {f"wall_force_{axis}": FORCE for axis in axes}
+    names = ["contact_area", "wall_force_normal", "energy_error"]
+    names += ["internal_energy", "kinetic_energy", "external_work"]
+    names += [f"body_{axis}" for axis in axes] + [f"wall_force_{axis}" for axis in axes]
     if Part.FRAME in parts:
-        found |= {f"frame_{axis}": LENGTH for axis in axes}
+        names += [f"frame_{axis}" for axis in axes]
     if Part.CHAMBER in parts:
-        found |= {"pressure": PRESSURE}
-    return found | probe_readings(scene)
+        names.append("pressure")
+    columns = {name: Measure(COLUMNS[name].unit.removeprefix("-")) for name in names}
+    return columns | probe_readings(scene)
 
 
 def axes_of(scene: Scene) -> str:

@@ -252,7 +252,7 @@ AxisVector = Annotated[
 
 
 # -------------------------------------------------------------------------------------------------
-# Names of the columns of a history, which probes must not have.
+# Columns of a history. Probes must not have their names.
 
 ROW_FORCE, SIDE_FORCE = "row_force_", "side_force_"
 """Prefixes of the columns of rows of spikes and of sides of the robot."""
@@ -260,57 +260,88 @@ ROW_FORCE, SIDE_FORCE = "row_force_", "side_force_"
 CHAMBER_PRESSURE = "pressure_"
 """Prefix of the columns of chambers, for a robot with several of them."""
 
-FIXED_COLUMNS = frozenset(
-    {
-        "time",
-        "pressure",
-        "section_pressure",
-        "chamber_volume",
-        "cycle",
-        "phase",
-        *(f"frame_{axis}" for axis in "xyz"),
-        "frame_angle",
-        *(f"frame_rotation_{axis}" for axis in "xyz"),
-        *(f"body_{axis}" for axis in "xyz"),
-        "contact_count",
-        "contact_area",
-        "rows_in_contact",
-        *(f"wall_force_{axis}" for axis in "xyz"),
-        "wall_force_normal",
-        "slip_share",
-        "pull",
-        "tether_drag",
-        "internal_energy",
-        "hourglass_energy",
-        "kinetic_energy",
-        "external_work",
-        "friction_dissipation",
-        "viscous_dissipation",
-        "damage_dissipation",
-        "contact_energy",
-        "energy_error",
-        "unbalanced_share",
-        "rear_x",
-        "front_x",
-        "arc_length",
-        "branch",
-        "cycles_done",
-        "clearance",
-        "frame_wall_force",
-        "frame_pinch",
-        "frame_drag",
-        "thrust",
-        "drag",
-        "narrowing_drag",
-    }
-)
-"""All columns of observation.columns, except those of rows, further chambers and probes."""
+
+@dataclass(frozen=True)
+class Column:
+    """Column of a history: its SI unit, "-" for a bare number, and its meaning as Markdown.
+
+    has_derivative: False for counts, errors, and sums over the load steps.
+    """
+
+    unit: str
+    about: str
+    has_derivative: bool = True
+
+
+COLUMNS = {
+    "time": Column("s", "simulated time", False),
+    "pressure": Column("Pa", "gauge pressure of the robot's chamber"),
+    "section_pressure": Column("Pa", "pressure that acts on a plane model, after its `factor`"),
+    "chamber_volume": Column("m^3", "volume of a chamber driven by volume, gas or an air line"),
+    "cycles_done": Column("-", "number of complete pressure cycles", False),
+    "cycle": Column("-", "number of the present cycle of an event-driven pressure"),
+    "phase": Column("-", "phase of that cycle: 0 rest, 1 inflation, 2 hold, 3 deflation"),
+    **dict.fromkeys(
+        (f"frame_{axis}" for axis in "xyz"), Column("m", "position of the robot's frame")
+    ),
+    "frame_angle": Column("rad", "rotation of the robot's frame about z"),
+    **dict.fromkeys(
+        (f"frame_rotation_{axis}" for axis in "xyz"),
+        Column("rad", "rotation vector of the robot's frame, in 3D"),
+    ),
+    **dict.fromkeys(
+        (f"body_{axis}" for axis in "xyz"),
+        Column(
+            "m", "centre of mass of the meshed bodies; axisymmetric: `body_x` is the mean radius"
+        ),
+    ),
+    "contact_count": Column("-", "number of nodes and wall corners in contact now", False),
+    "contact_area": Column("m^2", "area of the undeformed surface that touched walls", False),
+    "rows_in_contact": Column("-", "number of rows of spikes that touched walls", False),
+    **dict.fromkeys(
+        (f"wall_force_{axis}" for axis in "xyz"),
+        Column("N", "force of all walls on the robot, adhesion included"),
+    ),
+    "wall_force_normal": Column("N", "sum of the pressing forces of all walls"),
+    "slip_share": Column("-", "fraction of the normal impulse on slipping nodes", False),
+    "pull": Column("N", "tension of the first tendon"),
+    "tether_drag": Column("N", "drag of the tether"),
+    "internal_energy": Column(
+        "J", "energy of laws, Maxwell springs, cables, layers, fibres and hourglass modes"
+    ),
+    "hourglass_energy": Column("J", "its part in hourglass modes of quadrilaterals and hexahedra"),
+    "kinetic_energy": Column("J", "kinetic energy", False),
+    "external_work": Column("J", "work of pressure, motors, forces and gravity", False),
+    "friction_dissipation": Column("J", "energy lost to friction", False),
+    "viscous_dissipation": Column("J", "lost to dashpots, bulk viscosity and damping", False),
+    "damage_dissipation": Column(
+        "J", "lost to the [softening](../how_to/materials.md#softening) of materials", False
+    ),
+    "contact_energy": Column("J", "energy stored in penalty springs, less that of adhesion"),
+    "energy_error": Column("-", "error of the energy balance over the largest energy", False),
+    "unbalanced_share": Column(
+        "-", "unbalanced force over the internal forces, in a static procedure", False
+    ),
+    "load_time": Column("s", "time at which loads are taken, on a path of equilibria"),
+    "unstable_modes": Column("-", "negative eigenvalues of the tangent stiffness on such a path"),
+    **dict.fromkeys(("rear_x", "front_x"), Column("m", "ends of the body, with `crossing`")),
+    "arc_length": Column("m", "position of the body's centre along the pipe, with `layout`"),
+    "branch": Column("-", "number of the branch of that position; 0 is `pipe`"),
+    "clearance": Column("m", "smallest gap between frame and wall now"),
+    "frame_wall_force": Column("N", "force of the walls on the frame: sum of magnitudes"),
+    "frame_pinch": Column("N", "half of the part of that sum that cancels"),
+    "frame_drag": Column("N", "part of the frame's wall force against the direction of travel"),
+    "thrust": Column("N", "force of the walls that pushes the robot forward along the path"),
+    "drag": Column("N", "force of the walls that pushes it backward"),
+    "narrowing_drag": Column("N", "part of `drag` where the pipe narrows"),
+}
+"""Columns by name, except those that are called after rows, chambers, loads, walls or probes."""
 
 
 def is_probe(column: str) -> bool:
     """Return True if a column of a history belongs to a probe."""
     own = (ROW_FORCE, SIDE_FORCE, CHAMBER_PRESSURE)
-    return column not in FIXED_COLUMNS and not column.startswith(own)
+    return column not in COLUMNS and not column.startswith(own)
 
 
 # -------------------------------------------------------------------------------------------------

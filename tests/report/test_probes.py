@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from softsim.report.curves import curves_of, inflation_curves, signals
-from softsim.scene.quantities import FIXED_COLUMNS
+from softsim.scene.quantities import COLUMNS
 
 RISING = np.linspace(0.0, 1.0, 11)
 UNITS = {
@@ -73,7 +73,7 @@ def test_over_several_pressures_there_is_no_inflation_curve(history) -> None:
 
 def test_without_probes_there_is_no_figure_of_them(history) -> None:
     assert {"probes", "pressure_probe"} <= signals(history, UNITS).keys()
-    units = {name: unit for name, unit in UNITS.items() if name in FIXED_COLUMNS}
+    units = {name: unit for name, unit in UNITS.items() if name in COLUMNS}
     assert not {"probes", "pressure_probe"} & signals(history, units).keys()
 
 
@@ -110,6 +110,13 @@ loads:
 crossing: {goal: 90 mm}
 time: {end: 1 s}
 """,
+    "along a path of equilibria": """
+bodies:
+  b: {mesh: {generator: block, length: 3 mm, height: 3 mm, element_size: 3 mm},
+      formulation: plane_strain, thickness: 1 mm, material: ecoflex_00_30, fixed: [bottom]}
+loads: {a: {kind: follower_pressure, facets: [b.top], profile: {kind: constant, value: 1 kPa}}}
+time: {end: 1 s, procedure: static, control: arc_length}
+""",
     "in space": """
 bodies:
   b: {mesh: {generator: box, length: 3 mm, height: 3 mm, width: 3 mm, element_size: 3 mm},
@@ -121,8 +128,10 @@ time: {end: 1 s}
 }
 
 
-def test_fixed_columns_are_those_of_models_without_probes(build) -> None:
+def test_columns_are_those_of_models_without_probes(build) -> None:
     from softsim.output.observation import columns
 
-    names = {name for scene in MODELS.values() for name in columns(build(scene))}
-    assert names == FIXED_COLUMNS
+    units = {
+        name: unit for scene in MODELS.values() for name, unit in columns(build(scene)).items()
+    }
+    assert units == {name: column.unit for name, column in COLUMNS.items()}
