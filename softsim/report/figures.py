@@ -126,7 +126,9 @@ THREE_DIGITS = ("m/s", "m^2", "N")
 
 IN_WORDS: dict[str, Callable[[Any], str]] = {
     "rows_in_contact": lambda v: f"at most {v:g}",
-    "row_contact_shares": lambda v: ", ".join(f"{100.0 * s:.0f}" for s in v) + " % of the time",
+    "row_contact_shares": lambda v: (
+        ", ".join("-" if s is None else f"{100.0 * s:.0f}" for s in v) + " % of the time"
+    ),
     "slip_share": lambda v: f"{100.0 * v:.0f} % of the normal impulse",
 }
 """Notation of the measures that need more than a number with a unit."""

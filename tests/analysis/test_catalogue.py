@@ -106,7 +106,7 @@ SCENES = pytest.mark.parametrize(
         (BODY, FRAME, SECOND),
         (BODY, PROBES),
         (IN_SPACE,),
-        (OF_REVOLUTION,),
+        (OF_REVOLUTION, PROBES),
     ],
 )
 

@@ -60,6 +60,12 @@ def test_what_a_run_is_not_about_is_not_said(ring_run: Path, folder: Path, tmp_p
     assert "robot" not in write_run_page(ring).read_text("utf-8").partition("<script")[0]
 
 
+def test_rows_without_a_fraction_of_the_time_are_dashes(folder: Path) -> None:
+    """A run that failed at once has no duration."""
+    write_summary(folder, row_contact_shares=[None, None])
+    assert [line.value for line in run_context(folder)["measures"]] == ["-, - % of the time"]
+
+
 def test_displacements_and_probes_come_first_and_bookkeeping_is_folded(folder: Path) -> None:
     write_summary(
         folder, energy_error=1e-4, slip_share=0.03, row_contact_shares=[1.0, 0.24],
