@@ -16,7 +16,7 @@ import numpy as np
 from softsim.analysis.travel import (
     BODY,
     FRAME,
-    Cycle,
+    CycleTimes,
     History,
     strongest,
     track_report,
@@ -46,7 +46,7 @@ from softsim.scene.quantities import ROW_FORCE
 from softsim.scene.schema import Scene
 
 
-class Motor(Protocol):
+class Rotation(Protocol):
     """Rotation of a motor: frequency [Hz] at full speed, duration [s] of the spin-up."""
 
     @property
@@ -56,7 +56,7 @@ class Motor(Protocol):
 
 
 @dataclass(frozen=True)
-class Run:
+class RecordedRun:
     """Run as measures read it.
 
     history: columns (rows,), SI. parts: of its model, as far as the history has their data.
@@ -66,8 +66,8 @@ class Run:
 
     history: History
     parts: Set[Part]
-    cycles: Sequence[Cycle] = ()
-    motors: Sequence[Motor] = ()
+    cycles: Sequence[CycleTimes] = ()
+    motors: Sequence[Rotation] = ()
     rows: Sequence[str] = ()
     track: str = ""
 
@@ -118,13 +118,13 @@ class Run:
 # Displacement and speed.
 
 
-def displacement_of(run: Run, column: str) -> float:
+def displacement_of(run: RecordedRun, column: str) -> float:
     """Return the displacement [m] from the start to the end of the run, along a column."""
     x = run.history[column]
     return float(x[-1] - x[0])
 
 
-def late_speed(run: Run, column: str) -> float | None:
+def late_speed(run: RecordedRun, column: str) -> float | None:
     """Return the mean velocity [m/s] over the last tenth of a run; None if it has no two rows."""
     t, x = run.time, run.history[column]
     late = t >= 0.9 * t[-1]
@@ -132,12 +132,12 @@ def late_speed(run: Run, column: str) -> float | None:
     return float((x[late][-1] - x[late][0]) / span) if span > 0.0 else None
 
 
-def of_body(run: Run, measured: Callable[[Run, str], float | None]) -> float | None:
+def of_body(run: RecordedRun, measured: Callable[[RecordedRun, str], float | None]) -> float | None:
     """Return what is measured along the axis of the body; None if its position is not known."""
     return None if run.body_axis is None else measured(run, f"{BODY}_{run.body_axis}")
 
 
-def mean_speed(run: Run) -> float | None:
+def mean_speed(run: RecordedRun) -> float | None:
     """Return the mean velocity [m/s] over the whole cycles, or over the run if there are none."""
     t, x = run.time, run.frame_path
     end = run.cycles[-1].end if run.cycles else t[-1]
@@ -151,26 +151,26 @@ NEARLY_HIGHEST = 0.99
 """Fraction of the highest pressure above which rows of the history count as being at it."""
 
 
-def displacement_per_cycle(run: Run) -> list[float]:
+def displacement_per_cycle(run: RecordedRun) -> list[float]:
     """Return the displacement [m] in each cycle, from the end of the previous one, or the start."""
     ends = [0.0, *(cycle.end for cycle in run.cycles)]
     displacements: list[float] = np.diff(np.interp(ends, run.time, run.frame_path)).tolist()
     return displacements
 
 
-def displacement_while_falling(run: Run) -> list[float]:
+def displacement_while_falling(run: RecordedRun) -> list[float]:
     """Return the displacement [m] during the falling pressure of each cycle."""
     falls = [[cycle.fall_begin, cycle.fall_end] for cycle in run.cycles]
     return [float(np.diff(np.interp(fall, run.time, run.frame_path))[0]) for fall in falls]
 
 
-def pressures_at(run: Run, times: Sequence[float]) -> list[float]:
+def pressures_at(run: RecordedRun, times: Sequence[float]) -> list[float]:
     """Return the pressures [Pa] of the chamber at times [s]."""
     pressures: list[float] = np.interp(times, run.time, run.history["pressure"]).tolist()
     return pressures
 
 
-def rows_at_highest(run: Run) -> float | None:
+def rows_at_highest(run: RecordedRun) -> float | None:
     """Return the median count of rows in contact at the highest pressure; None without one."""
     history = run.history
     if "pressure" not in history or not (history["pressure"] > 0.0).any():
@@ -195,14 +195,14 @@ def interval_integrals(t: np.ndarray, means: np.ndarray) -> np.ndarray:
     return means * np.diff(t, prepend=t[0])
 
 
-def mean_of(run: Run, means: np.ndarray) -> float | None:
+def mean_of(run: RecordedRun, means: np.ndarray) -> float | None:
     """Return the mean of a column of means over the run; None for a run of zero duration."""
     t = run.time
     span = t[-1] - t[0]
     return float(interval_integrals(t, means).sum() / span) if span > 0.0 else None
 
 
-def slip_share(run: Run) -> float | None:
+def slip_share(run: RecordedRun) -> float | None:
     """Return the fraction of the normal impulse on slipping nodes [-]; None without contact."""
     impulse = interval_integrals(run.time, run.history["wall_force_normal"])
     whole = impulse.sum()
@@ -237,7 +237,7 @@ LEAST_AMPLITUDE = 1e-7
 PFR's motor gives it where nothing holds it, m_e r_e / m = 0.1 mm."""
 
 
-def dominant_frequency(run: Run) -> float | None:
+def dominant_frequency(run: RecordedRun) -> float | None:
     """Return the transverse vibration frequency [Hz] of the robot's frame at the end of the run.
 
     The motion is that along y, or in space along y or z, whichever has the larger amplitude. None
@@ -275,7 +275,7 @@ class RunMeasure:
     kind : Measure
         Unit and form of the value.
     value : callable
-        Function that returns the value from a `Run`, SI; None if it cannot be determined.
+        Function that returns the value from a `RecordedRun`, SI; None if it cannot be determined.
     needs : set of Part
         Parts without which a scene does not have the measure.
     about : str
@@ -290,7 +290,7 @@ class RunMeasure:
 
     name: str
     kind: Measure
-    value: Callable[[Run], Any]
+    value: Callable[[RecordedRun], Any]
     needs: Set[Part] = frozenset()
     about: str = ""
     details: str = ""
@@ -508,7 +508,7 @@ MEASURES = tuple(chain.from_iterable(CATALOGUE.values()))
 """All measures."""
 
 
-def values(run: Run) -> dict[str, Any]:
+def values(run: RecordedRun) -> dict[str, Any]:
     """Return the measures of a run by name, SI; names with dots become mappings.
 
     A value is None if it cannot be determined. Lists have an entry for each pressure cycle, or for

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from softsim.analysis.catalogue import Run, values
+from softsim.analysis.catalogue import RecordedRun, values
 from softsim.analysis.passage import Verdict, assumptions, crossing_report, layout_report
 from softsim.analysis.travel import FRAME, travel_axis
 from softsim.loads.pressure_control import Phase
@@ -37,7 +37,7 @@ def measures(model: Model, history: History) -> dict[str, Any]:
     return found
 
 
-def recorded_run(model: Model, history: History) -> Run:
+def recorded_run(model: Model, history: History) -> RecordedRun:
     """Return a run of a model as the catalogue reads it."""
     cycles, robot, chamber = whole_cycles(model, history), model.robot, model.chamber
     parts = {
@@ -56,7 +56,7 @@ def recorded_run(model: Model, history: History) -> Run:
         Part.CROSSING: model.crossing is not None,
     }
     motors = [motor.rotor for motor in model.of_kind(Rotor)]
-    return Run(history, chosen(parts), cycles, motors, tuple(robot.rows), robot.track or "")
+    return RecordedRun(history, chosen(parts), cycles, motors, tuple(robot.rows), robot.track or "")
 
 
 def whole_cycles(model: Model, history: Mapping[str, np.ndarray]) -> list[Cycle]:

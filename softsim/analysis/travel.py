@@ -165,7 +165,7 @@ BEGUN, ARRIVED = 0.05, 0.95
 """Fractions of its progress at which the robot has started to move, and has arrived."""
 
 
-class Cycle(Protocol):
+class CycleTimes(Protocol):
     """Times [s] at which the pressure begins to fall, has fallen, and the cycle ends."""
 
     @property
@@ -209,7 +209,7 @@ def forward_walk(x: np.ndarray) -> Walk | None:
 
 
 def walk_pressures(
-    cycle: Cycle, t: np.ndarray, x: np.ndarray, pressure: np.ndarray
+    cycle: CycleTimes, t: np.ndarray, x: np.ndarray, pressure: np.ndarray
 ) -> tuple[float | None, float | None]:
     """Return the pressures [Pa] at which the robot started and stopped within the fall of a cycle.
 

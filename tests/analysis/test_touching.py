@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.analysis.catalogue import Run, contact_count, values
+from softsim.analysis.catalogue import RecordedRun, contact_count, values
 from softsim.scene.measures import Part
 
 PRESSED = """\
@@ -56,7 +56,7 @@ def test_a_block_lies_on_all_its_area(build, start):
         "wall_force_normal": np.array([0.0, 1.0, 0.0]),
         "slip_share": np.zeros(3),
     }
-    found = values(Run(history, {Part.ROWS}, rows=["block.bottom"]))
+    found = values(RecordedRun(history, {Part.ROWS}, rows=["block.bottom"]))
     assert found["largest_contact_area"] == 2.0
     assert found["mean_contact_area"] == pytest.approx(4.0 / 3.0)
     assert found["row_contacts"] == [1]

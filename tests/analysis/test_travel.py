@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.analysis.catalogue import Run, values
+from softsim.analysis.catalogue import RecordedRun, values
 from softsim.analysis.travel import displacement, travelling_column, travels, without_radius
 from softsim.errors import OutputError
 from softsim.scene.measures import Part
@@ -52,7 +52,7 @@ def test_a_body_is_measured_along_the_axis_that_is_drawn() -> None:
     """In space, x stays and y goes back by 3 mm: the figure shows y, and so does the summary."""
     t = np.linspace(0.0, 1.0, 11)
     history = {"time": t, "body_x": 1e-5 * t, "body_y": 0.02 - 3e-3 * t, "body_z": 1e-3 * t}
-    found = values(Run(history | without_walls(t), {Part.X, Part.Y, Part.Z}))
+    found = values(RecordedRun(history | without_walls(t), {Part.X, Part.Y, Part.Z}))
     assert found["body_displacement_axis"] == travelling_column(history)[-1] == "y"
     assert found["body_displacement"] == pytest.approx(displacement(history)[-1], rel=1e-12)
     components = [found[f"body_displacement_{axis}"] for axis in "xyz"]
@@ -66,6 +66,6 @@ def test_the_mean_radius_of_a_half_section_is_not_followed() -> None:
     t = np.linspace(0.0, 1.0, 11)
     history = {"time": t, "body_x": 5e-3 * t, "body_y": 1e-3 * t, "frame_x": 0.0 * t}
     assert list(without_radius(history)) == ["time", "body_y"]
-    found = values(Run(history | without_walls(t), {Part.Y, Part.RADIAL}))
+    found = values(RecordedRun(history | without_walls(t), {Part.Y, Part.RADIAL}))
     assert (found["body_displacement_axis"], found["body_displacement"]) == ("y", 1e-3)
     assert "body_displacement_x" not in found

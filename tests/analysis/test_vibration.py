@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from softsim.analysis.catalogue import LEAST_AMPLITUDE, Run, dominant_frequency
+from softsim.analysis.catalogue import LEAST_AMPLITUDE, RecordedRun, dominant_frequency
 from softsim.analysis.travel import strongest
 from softsim.scene.measures import Part
 
@@ -39,7 +39,7 @@ def test_a_sine_on_a_drift(frequency, jitter):
 
 def frame(t, y, motors=(MOTOR,)):
     """A run whose frame moves along y."""
-    return Run({"time": t, "frame_x": 0.0 * t, "frame_y": y}, {Part.FRAME}, motors=motors)
+    return RecordedRun({"time": t, "frame_x": 0.0 * t, "frame_y": y}, {Part.FRAME}, motors=motors)
 
 
 def test_the_last_second_counts():
@@ -64,7 +64,7 @@ def test_in_space_the_larger_swing_counts(larger, other):
         f"frame_{larger}": sine(t, 192.0),
         f"frame_{other}": sine(t, 96, 2e-5),
     }
-    run = Run(history, {Part.FRAME, Part.Z}, motors=[MOTOR])
+    run = RecordedRun(history, {Part.FRAME, Part.Z}, motors=[MOTOR])
     assert dominant_frequency(run) == pytest.approx(192.0, abs=0.01)
 
 
