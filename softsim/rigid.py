@@ -77,6 +77,32 @@ class RigidBodyData:
 # Rigid bodies of a model in kernels.
 
 
+@dataclass(frozen=True)
+class Pose:
+    """Current pose of a rigid body.
+
+    centre: position of the centre given in the scene (d,) [m]. orientation: quaternion
+    (w, x, y, z).
+    """
+
+    centre: np.ndarray
+    orientation: np.ndarray
+
+    @property
+    def angle(self) -> float:
+        """Rotation about z [rad], continuous up to a whole turn in either direction."""
+        return float(2.0 * np.arctan2(self.orientation[3], self.orientation[0]))
+
+    @property
+    def rotation_vector(self) -> np.ndarray:
+        """Axis times angle (3,) [rad], continuous up to a whole turn."""
+        w, v = self.orientation[0], self.orientation[1:]
+        length = np.linalg.norm(v)
+        if length == 0.0:
+            return np.zeros(3)
+        return 2.0 * np.arctan2(length, w) * v / length
+
+
 class RigidBodies:
     """All rigid bodies of a model.
 
@@ -129,6 +155,18 @@ class RigidBodies:
         tied_arms = [points[t] - c for t, c in zip(tied, self.rest_centre, strict=True)]
         self.arm = vector_field(np.concatenate([*tied_arms, np.zeros((0, d))]))
         self._reactions: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in bodies]
+
+    @property
+    def pose_fields(self) -> list[ti.Field]:
+        """Fields (scenarios, bodies, ...) from whose values `pose` follows."""
+        return [self.centre, self.orientation, self.rotation]
+
+    def pose(
+        self, body: int, centre: np.ndarray, orientation: np.ndarray, rotation: np.ndarray
+    ) -> Pose:
+        """Return the pose of a body from its values of the `pose_fields`."""
+        arm = self.own_centre[body] - self.rest_centre[body]
+        return Pose(centre + rotation[: self.dimension, : self.dimension] @ arm, orientation)
 
     def react(self, body: int, first_slot: int, slot_nodes: np.ndarray) -> None:
         """Apply the opposite of the forces in the slots from `first_slot` on to `body`.

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from softsim.analysis.catalogue import RecordedRun, values
-from softsim.analysis.passage import Verdict, assumptions, crossing_report, layout_report
+from softsim.analysis.passage import Verdict, analyses
 from softsim.analysis.travel import FRAME, travel_axis
 from softsim.loads.pressure_control import Phase
 from softsim.loads.profile import Cycle
@@ -22,16 +22,14 @@ History = dict[str, np.ndarray]
 def measures(model: Model, history: History) -> dict[str, Any]:
     """Return the measures of a run, name -> value in SI; None if a value cannot be determined.
 
-    They are those of the catalogue, the reports on a layout and a crossing, and the readings of
-    probes. Empty for a history without rows.
+    They are those of the catalogue, the reports of the analyses, and the readings of probes.
+    Empty for a history without rows.
     """
     if len(history["time"]) == 0:
         return {}
     found = values(recorded_run(model, history))
-    if model.passage is not None:
-        found["layout"] = layout_report(model.passage, history, assumptions(model))
-    if model.crossing is not None:
-        found["crossing"] = crossing_report(model.crossing, history)
+    for analysis in analyses(model):
+        found[analysis.name] = analysis.report(history)
     if model.probes:
         found |= probe_extremes(model, history)
     return found

@@ -1,21 +1,26 @@
-"""Verdict on the passage of a body through a pipe: passed, stuck, or unfinished.
+"""Analyses that only some robots need: passage through pipes, crossing of an obstacle.
 
-It is decided row by row. A robot moves forward in jerks and is drawn back by a millimetre or two
-whenever the air leaves, so the farthest position that it has reached counts.
+The verdict on a passage is passed, stuck, or unfinished. It is decided row by row. A robot moves
+forward in jerks and is drawn back by a millimetre or two whenever the air leaves, so the farthest
+position that it has reached counts.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from softsim.compute.samples import Samples
 from softsim.contact.pipe_network import PipeNetwork, stations
 from softsim.contact.pipe_path import Segment, narrowings, nearest_feature
 from softsim.model import Crossing, Model, Passage
 from softsim.scene.quantities import COLUMNS
 from softsim.solver.explicit import Scenario
+
+if TYPE_CHECKING:
+    from softsim.output.stop_conditions import StopCondition
 
 History = dict[str, np.ndarray]
 
@@ -648,3 +653,84 @@ def segment_of(place: dict[str, Any]) -> str:
     """Return the segment of a place, as returned by `where`, in words."""
     at = f"{place['arc_length'] * 1e3:.0f} mm"
     return f"segment {place['segment']} ({place['what']}) at {at}"
+
+
+# -------------------------------------------------------------------------------------------------
+# Interface of the analyses: columns of the history, the end of the run, a section of the summary.
+
+
+class Analysis(Protocol):
+    """Interface of an evaluation that a scene asks for.
+
+    name: section of summary.json, and name of the condition that may end the run. columns: of the
+    history, name -> unit.
+    """
+
+    name: str
+    columns: Mapping[str, str]
+
+    def readings(self, scenario: Scenario, samples: Samples) -> dict[str, np.ndarray]:
+        """Return the columns of the present row from the state of a scenario and its samples."""
+
+    def condition(self) -> "StopCondition":
+        """Return a new condition that ends the run with the verdict."""
+
+    def report(self, history: History) -> dict[str, Any]:
+        """Return the section of the summary."""
+
+    def drawn(self) -> dict[str, np.ndarray]:
+        """Return arrays that figures need besides the fields, by name."""
+
+
+class PassageAnalysis:
+    """Analysis of a body that passes a layout of pipes."""
+
+    def __init__(self, model: Model, passage: Passage) -> None:
+        self.model, self.passage = model, passage
+        self.name, self.columns = PassageCondition.name, PATH_COLUMNS
+
+    def readings(self, scenario: Scenario, samples: Samples) -> dict[str, np.ndarray]:
+        place = scenario.pose(self.passage.body).centre
+        now = path_readings(scenario, self.passage, place, float(samples.intervals[-1]))
+        return {name: np.array([value]) for name, value in now.items()}
+
+    def condition(self) -> PassageCondition:
+        return PassageCondition(self.passage)
+
+    def report(self, history: History) -> dict[str, Any]:
+        return layout_report(self.passage, history, assumptions(self.model))
+
+    def drawn(self) -> dict[str, np.ndarray]:
+        return path_samples(self.passage.network)
+
+
+class CrossingAnalysis:
+    """Analysis of a body that crosses an obstacle."""
+
+    def __init__(self, crossing: Crossing) -> None:
+        self.crossing = crossing
+        self.name, self.columns = CrossingCondition.name, CROSSING_COLUMNS
+
+    def readings(self, scenario: Scenario, samples: Samples) -> dict[str, np.ndarray]:
+        positions = samples.read(scenario.terms.nodes.position)
+        ends = [end_readings(self.crossing, x) for x in positions]
+        return {name: np.array([end[name] for end in ends]) for name in self.columns}
+
+    def condition(self) -> CrossingCondition:
+        return CrossingCondition(self.crossing)
+
+    def report(self, history: History) -> dict[str, Any]:
+        return crossing_report(self.crossing, history)
+
+    def drawn(self) -> dict[str, np.ndarray]:
+        return {}
+
+
+def analyses(model: Model) -> list[Analysis]:
+    """Return the analyses that the scene of a model asks for."""
+    found: list[Analysis] = []
+    if model.passage is not None:
+        found.append(PassageAnalysis(model, model.passage))
+    if model.crossing is not None:
+        found.append(CrossingAnalysis(model.crossing))
+    return found

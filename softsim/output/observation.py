@@ -12,8 +12,7 @@ import numpy as np
 import taichi as ti
 from scipy.spatial.transform import Rotation
 
-from softsim.analysis import passage as along_path
-from softsim.analysis.passage import CROSSING_COLUMNS, end_readings
+from softsim.analysis.passage import analyses
 from softsim.compute.samples import Sampler, Samples
 from softsim.contact.simple_walls import Cylinder
 from softsim.contact.wall import Wall
@@ -22,7 +21,7 @@ from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
 from softsim.model import Model, Probe
 from softsim.output.fields import Frame, Frames, SeriesInMemory
-from softsim.rigid import RigidBodies
+from softsim.rigid import Pose
 from softsim.scene.outputs import probe_columns
 from softsim.scene.quantities import CHAMBER_PRESSURE, ROW_FORCE, SIDE_FORCE
 from softsim.solver.energy import (
@@ -82,10 +81,8 @@ def columns(model: Model) -> dict[str, str]:
         if model.relaxation.follows_path:
             last["load_time"] = "s"  # at which loads are taken: falls where the path turns back
             last["unstable_modes"] = "-"  # negative eigenvalues of the tangent stiffness
-    if model.passage is not None:
-        last |= along_path.PATH_COLUMNS
-    if model.crossing is not None:
-        last |= CROSSING_COLUMNS
+    for analysis in analyses(model):
+        last |= analysis.columns
     for probe in model.probes:
         last |= dict.fromkeys(probe_columns(probe.name, probe.kind, axes), PROBE_UNITS[probe.kind])
     return first | last
@@ -165,8 +162,8 @@ class Observation:
 class Observer:
     """Observer of a scenario: `take` samples a row, `rows` returns the columns of all since then.
 
-    It stores what does not change between rows. Columns of a static run, and those along a path of
-    pipes, are of the present state: there each row is computed before the next increment.
+    It stores what does not change between rows. Columns of a static run, and those of
+    analyses, are of the present state: there each row is computed before the next increment.
     most: number of rows whose columns are computed together, at most. energy_error: of the last
     sample.
     """
@@ -181,6 +178,7 @@ class Observer:
         self.damage_columns = damage_columns(model)
         self.parts_pressed = parts_pressed(model)
         self.chambers = several_chambers(model)
+        self.analyses = analyses(model)
         self.areas = np.zeros(len(model.points))
         for body in model.bodies:
             self.areas[body.nodes] = body.surface_areas
@@ -197,7 +195,7 @@ class Observer:
         if any(probe.kind == "reaction" for probe in model.probes):
             needed += [terms.nodes.force, terms.nodes.gravity]
         if model.robot.frame is not None:
-            needed += pose_fields(terms.rigid_bodies)
+            needed += terms.rigid_bodies.pose_fields
         return needed + [field for term in terms.everything for field in term.sampled()]
 
     def take(self, interval: float) -> Energies:
@@ -252,13 +250,10 @@ class Observer:
         found |= self._of_energies()
         if model.relaxation is not None:
             found["unbalanced_share"] = np.array([unbalanced_share(scenario)])
-        if model.passage is not None:
-            place = frame_pose(scenario, model.passage.body).centre
-            interval = float(samples.intervals[-1])
-            now = along_path.path_readings(scenario, model.passage, place, interval)
-            found |= {name: np.array([value]) for name, value in now.items()}
-        if model.crossing is not None or model.probes:
-            found |= self._of_places(samples)
+        for analysis in self.analyses:
+            found |= analysis.readings(scenario, samples)
+        if model.probes:
+            found |= self._of_probes(samples)
         return found
 
     def _of_walls(self, samples: Samples) -> dict[str, np.ndarray]:
@@ -297,14 +292,11 @@ class Observer:
         }
         return {name: np.array(values) for name, values in found.items()}
 
-    def _of_places(self, samples: Samples) -> dict[str, np.ndarray]:
-        """Return the columns (rows,) of probes and of the ends of a crossing."""
+    def _of_probes(self, samples: Samples) -> dict[str, np.ndarray]:
+        """Return the columns (rows,) of probes."""
         model, nodes = self.scenario.model, self.scenario.terms.nodes
         positions = samples.read(nodes.position)
         found: dict[str, np.ndarray] = {}
-        if model.crossing is not None:
-            ends = [end_readings(model.crossing, x) for x in positions]
-            found |= {name: np.array([end[name] for end in ends]) for name in CROSSING_COLUMNS}
         for probe in model.probes:
             names = probe_columns(probe.name, probe.kind, "xyz"[: model.dimension])
             if probe.kind == "reaction":
@@ -329,58 +321,11 @@ def parts_pressed(model: Model) -> dict[str, np.ndarray]:
     return rows | {f"{SIDE_FORCE}{name}": nodes for name, nodes in robot.sides.items()}
 
 
-@dataclass(frozen=True)
-class Pose:
-    """Current pose of a rigid body.
-
-    centre: position of the centre given in the scene (d,) [m]. orientation: quaternion
-    (w, x, y, z).
-    """
-
-    centre: np.ndarray
-    orientation: np.ndarray
-
-    @property
-    def angle(self) -> float:
-        """Rotation about z [rad], continuous up to a whole turn in either direction."""
-        return float(2.0 * np.arctan2(self.orientation[3], self.orientation[0]))
-
-    @property
-    def rotation_vector(self) -> np.ndarray:
-        """Axis times angle (3,) [rad], continuous up to a whole turn."""
-        w, v = self.orientation[0], self.orientation[1:]
-        length = np.linalg.norm(v)
-        if length == 0.0:
-            return np.zeros(3)
-        return 2.0 * np.arctan2(length, w) * v / length
-
-
-def pose_fields(bodies: RigidBodies) -> list[ti.Field]:
-    """Return the fields (scenarios, bodies, ...) of the poses of rigid bodies."""
-    return [bodies.centre, bodies.orientation, bodies.rotation]
-
-
-def frame_pose(scenario: Scenario, body: int) -> Pose:
-    """Return the current pose of a rigid body."""
-    bodies = scenario.terms.rigid_bodies
-    return _pose(bodies, body, *(scenario.read(field)[body] for field in pose_fields(bodies)))
-
-
 def sampled_poses(scenario: Scenario, body: int, samples: Samples) -> list[Pose]:
     """Return the pose of a rigid body in each row of samples."""
     bodies = scenario.terms.rigid_bodies
-    of_body = (samples.read(field)[:, body] for field in pose_fields(bodies))
-    return [_pose(bodies, body, *row) for row in zip(*of_body, strict=True)]
-
-
-def _pose(
-    bodies: RigidBodies, body: int, centre: np.ndarray, orientation: np.ndarray,
-    rotation: np.ndarray,
-) -> Pose:  # fmt: skip
-    """Return the pose of a rigid body from the values of its `pose_fields`."""
-    d = bodies.dimension
-    arm = bodies.own_centre[body] - bodies.rest_centre[body]
-    return Pose(centre + rotation[:d, :d] @ arm, orientation)
+    of_body = (samples.read(field)[:, body] for field in bodies.pose_fields)
+    return [bodies.pose(body, *row) for row in zip(*of_body, strict=True)]
 
 
 def frame_readings(pose: Pose) -> dict[str, float]:
@@ -414,7 +359,7 @@ def frame(scenario: Scenario, further: Sequence[str]) -> Frame:
     measured = [[measure_elements(r, x[r.nodes], peak) for r, peak in of] for of in of_bodies]
     parts = list(zip(model.bodies, measured, strict=True))
     points, _ = mesh_of(model)
-    poses = [frame_pose(scenario, r) for r in range(len(model.rigid_bodies))]
+    poses = [scenario.pose(r) for r in range(len(model.rigid_bodies))]
     pose_rows = np.array(
         [
             [*p.centre, p.angle] if model.dimension == 2 else [*p.centre, *p.orientation]
@@ -512,10 +457,9 @@ def description(model: Model, title: str) -> dict:
         for kind, lines in drawn_lines(model, model.points).items()
     }
     facets = [s.drawn_facets for s in model.structures if len(s.drawn_facets)]
-    passage = model.passage
     return {
         **drawn_walls(model.walls),
-        **({} if passage is None else along_path.path_samples(passage.network)),
+        **dict(item for analysis in analyses(model) for item in analysis.drawn().items()),
         "gravity": model.gravity,
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from softsim.analysis.measures import failed_expectations, measures
-from softsim.analysis.passage import CrossingCondition, PassageCondition
+from softsim.analysis.passage import PassageCondition, analyses
 from softsim.compute import backend
 from softsim.compute.samples import MOST_ROWS
 from softsim.errors import ExpectationError, SoftsimError, StabilityError
@@ -566,9 +566,8 @@ class Run:
         That is a controlled pressure, a stop condition, or a column of the present state (see
         Observer). Guards act at each row all the same.
         """
-        model = self.model
-        needs_state = model.relaxation is not None or model.passage is not None
-        if not (self.loop.needs_rows or self.stop_conditions or needs_state):
+        needs_rows = self.loop.needs_rows or bool(self.stop_conditions)
+        if not needs_rows and self.model.relaxation is None:
             self.write_rows()
             self.observer = Observer(self.scenario, self.reader, self.balance, MOST_ROWS)
 
@@ -737,12 +736,9 @@ def conditions_of_scene(loaded: LoadedScene, model: Model) -> list[StopCondition
     conditions: list[StopCondition] = []
     if (reached := column_reached(loaded, columns(model))) is not None:
         conditions.append(reached)
-    if model.passage is not None:
-        conditions.append(PassageCondition(model.passage))
     if model.cycles is not None:
         conditions.append(CycleLimit(model.cycles))
-    if model.crossing is not None:
-        conditions.append(CrossingCondition(model.crossing))
+    conditions += [analysis.condition() for analysis in analyses(model)]
     if model.relaxation is not None and model.relaxation.until is not None:
         conditions.append(ProbeAtRest(model.relaxation.until))
     return conditions

@@ -23,7 +23,8 @@ from softsim.loads.pressure import PressureSource
 from softsim.loads.rotor import Rotor, RotorForce
 from softsim.model import Model
 from softsim.output.folder import Checkpoint
-from softsim.output.observation import Pose, frame_pose, wall_forces
+from softsim.output.observation import wall_forces
+from softsim.rigid import Pose
 from softsim.run.batch import Batch, Monitor, call_monitors
 from softsim.run.commands import LoadCommands, number
 from softsim.run.gradient import Parameter, derivatives
@@ -293,7 +294,7 @@ class Simulation:
             by_body(read(terms.nodes.velocity)),
             by_body(read(terms.nodes.force)),
             by_body(wall_forces(self._scenario)),
-            {body.name: frame_pose(self._scenario, k) for k, body in bodies},
+            {body.name: self._scenario.pose(k) for k, body in bodies},
         )
 
     def gradient(self, output: str, parameters: Sequence[str]) -> dict[str, float]:

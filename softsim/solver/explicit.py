@@ -23,6 +23,7 @@ from softsim.elements.geometry import alike_regions
 from softsim.errors import DeviceError, OutputError
 from softsim.loads.load import Load
 from softsim.model import Model
+from softsim.rigid import Pose
 from softsim.solver.guards import Chatter, chatter
 from softsim.solver.increments import IncrementKernels, Span
 from softsim.solver.terms import Terms
@@ -482,6 +483,11 @@ class Scenario:
     def positions(self) -> np.ndarray:
         """Return the positions x (nodes, d) [m]."""
         return self.read(self.terms.nodes.position)
+
+    def pose(self, body: int) -> Pose:
+        """Return the current pose of a rigid body."""
+        bodies = self.terms.rigid_bodies
+        return bodies.pose(body, *(self.read(field)[body] for field in bodies.pose_fields))
 
     def centre_of_mass(self) -> np.ndarray:
         """Return the centre of mass (d,) [m] of the meshed bodies."""

@@ -128,12 +128,12 @@ time: {end: 1 s}
 
 def test_the_pose_of_a_spinning_body(build, start):
     """omega t about z; the angle goes on beyond half a turn, the rotation vector too."""
-    from softsim.output.observation import frame_pose, frame_readings
+    from softsim.output.observation import frame_readings
 
     solver = start(build(SPINNING))
     while solver.time < 13e-3:
         solver.advance(50)
-    pose = frame_pose(solver.scenario(0), 0)
+    pose = solver.scenario(0).pose(0)
     turned = 300.0 * solver.time
     assert np.pi < turned < 2.0 * np.pi
     assert pose.angle == pytest.approx(turned, rel=1e-9)
