@@ -21,12 +21,12 @@ from softsim.output.fields import Frames
 from softsim.output.observation import columns, description, present_frames, several_chambers
 from softsim.report.body import (
     CAMERA,
+    LINES,
     around,
-    cables_at,
     corners_of_box,
     crosses_at,
-    fibres_at,
-    layers_at,
+    is_axisymmetric,
+    lines_at,
     mirrored,
     outlines_at,
     rigid_faces_at,
@@ -43,8 +43,7 @@ from softsim.report.page.robot import (
     triangles,
     walls_move,
 )
-from softsim.report.snapshots import is_axisymmetric
-from softsim.report.style import COLOURS, FRAME, INK, ORANGE, PALE, QUIET, WALL
+from softsim.report.style import COLOURS, FRAME, INK, PALE, QUIET, WALL
 from softsim.run.commands import Adjustable, LoadCommands
 from softsim.run.course import Run
 from softsim.run.record import CHANGED_BY_HAND
@@ -685,19 +684,14 @@ class LivePicture:
 
     def _draw_lines(self, frames: Frames) -> None:
         edges = places_at(frames, 0)[self.skin.rim]
-        layers = layers_at(frames, 0)
-        closed = outlines_at(frames, 0) if self.d == 2 else []
-        outlines = line_segments([np.concatenate([o, o[:1]]) for o in closed], self.d)
         if self.is_mirrored:
-            edges, layers, outlines = (
-                np.concatenate([e, mirrored(e)]) for e in (edges, layers, outlines)
-            )
+            edges = np.concatenate([edges, mirrored(edges)])
         self._line("edges", edges, INK, 1.0)
-        self._line("outlines", outlines, INK, 2.0)
-        self._line("layers", layers, ORANGE, 2.0)
-        self._line("cables", line_segments(cables_at(frames, 0), self.d), INK, 3.0)
-        self._line("fibres", line_segments(fibres_at(frames, 0), self.d), INK, 1.0)
-        self._line("crosses", crosses_at(frames, 0), INK, 2.0)
+        if self.d == 2:
+            self._line("outlines", line_segments(outlines_at(frames, 0), 2), INK, 2.0)
+        for kind, lines in lines_at(frames, 0).items():
+            look = LINES[kind]
+            self._line(kind, line_segments(lines, self.d), look.colour, look.pixels)
 
     def _draw_walls(self, frames: Frames, box: np.ndarray, field: str) -> None:
         """Draw the walls near a body in a box (2, d) [mm], unless the last ones still serve."""

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 from matplotlib.patches import Polygon
 
 from softsim.analysis.travel import History
@@ -15,12 +14,13 @@ from softsim.errors import OutputError
 from softsim.mesh.mesh import boundary_facets
 from softsim.output.fields import Frames
 from softsim.report.body import (
+    LINES,
     WallSolid,
-    cables_at,
-    draw_cables,
-    draw_edges,
+    draw_faces,
+    draw_lines,
     draw_outlines,
     draw_solid,
+    lines_at,
     outlines_at,
 )
 from softsim.report.curves import pressurised, time_label
@@ -178,18 +178,16 @@ def draw_pipe(axes: Axes, pipe: Pipe, joints: Sequence[float]) -> None:
 def draw_robot(axes: Axes, pipe: Pipe, frames: Frames, robot: RobotSnapshot) -> None:
     """Draw the deformed mesh, the outlines of rigid bodies and the label outside the wall."""
     d = frames.points.shape[1]
-    x = pipe.project(places_at(frames, robot.frame))
-    draw_cables(axes, [pipe.project(line) for line in cables_at(frames, robot.frame)], zorder=1.9)
+    x, look = pipe.project(places_at(frames, robot.frame)), LINES["cables"]
+    cables = [pipe.project(line) for line in lines_at(frames, robot.frame)["cables"]]
+    draw_lines(axes, cables, look.colour, look.width, zorder=1.9)
+    faces = frames.cells
     if d == 2:
         draw_outlines(axes, outlines_at(frames, robot.frame))
-        faces = frames.cells
-        draw_edges(axes, x[boundary_facets(faces, 2)], INK)
+        draw_lines(axes, x[boundary_facets(faces, 2)], INK)
     else:
-        faces = boundary_facets(frames.cells, 3)
-    mesh = PolyCollection(
-        list(x[faces]), facecolors=robot.colour, edgecolors=robot.colour, linewidths=0.3, zorder=3
-    )
-    axes.add_collection(mesh, autolim=False)
+        faces = boundary_facets(faces, 3)
+    draw_faces(axes, x[faces], robot.colour, robot.colour, width=0.3, zorder=3.0)
     write_beside(axes, pipe, robot.place, pipe.outer_side(robot.place), robot.label, INK)
 
 

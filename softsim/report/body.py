@@ -1,5 +1,6 @@
-"""Pictures of plane sections and half sections of bodies of revolution, with their walls."""
+"""Pictures of bodies, walls and lines in the plane and in space, from the frames of a run."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -30,20 +31,57 @@ from softsim.report.style import (
 )
 
 # -------------------------------------------------------------------------------------------------
-# Cables, fibres, layers and rigid bodies in figures: lines with common line widths.
-
-WIDTH = 1.6
-"""Line width of a cable [points]."""
-
-FIBRE_WIDTH, FIBRE_OPACITY = 0.6, 0.6
-"""Line width [points] and opacity of fibres, which are drawn over the body."""
+# Lines and rigid bodies of a frame: one extraction for figures, pages and the live view.
 
 
-LAYER_WIDTH = 1.2
-"""Line width of the edge of a layer [points]."""
+@dataclass(frozen=True)
+class LineLook:
+    """Look of lines: colour, width in a figure [points] and on a screen [px], and opacity."""
+
+    colour: str
+    width: float
+    pixels: float
+    opacity: float = 1.0
+
+
+LINES = {
+    "cables": LineLook(INK, 1.6, 2.0),
+    "layers": LineLook(ORANGE, 1.2, 2.0),
+    "fibres": LineLook(INK, 0.6, 1.0, 0.6),
+    "crosses": LineLook(INK, 1.6, 2.0),
+}
+"""Look of the lines of a frame by kind. Cables are behind the bodies, all others in front."""
+
+Lines = Mapping[str, Sequence[np.ndarray]]
+"""Lines (k, d) [mm] of a frame by kind."""
 
 ARM = 0.08
 """Arm length of the cross at a rigid body's centre, as a fraction of the size of the mesh."""
+
+
+def lines_at(frames: Frames, index: int) -> Lines:
+    """Return the lines of a frame of each kind in LINES."""
+    return {
+        "cables": _polylines(frames, index, "cable"),
+        "layers": both_sides(frames, list(layers_at(frames, index))),
+        "fibres": _polylines(frames, index, "fibre"),
+        "crosses": list(crosses_at(frames, index)),
+    }
+
+
+def is_axisymmetric(frames: Frames) -> bool:
+    """Return True if the plane mesh is the half section of a body of revolution."""
+    return frames.titles.get("formulation") == "axisymmetric"
+
+
+def both_sides(frames: Frames, lines: list[np.ndarray]) -> list[np.ndarray]:
+    """Return lines (n, 2), of a half section followed by their mirror images."""
+    return [*lines, *map(mirrored, lines)] if is_axisymmetric(frames) else lines
+
+
+def mirrored(places: np.ndarray) -> np.ndarray:
+    """Return points (..., 2) mirrored at the axis x = 0."""
+    return places * [-1.0, 1.0]
 
 
 def layers_at(frames: Frames, index: int) -> np.ndarray:
@@ -104,43 +142,69 @@ def turned_axes(turns: np.ndarray) -> np.ndarray:
     return Rotation.from_quat(np.roll(turns, -1, axis=1)).as_matrix().swapaxes(1, 2)
 
 
-def cables_at(frames: Frames, index: int) -> list[np.ndarray]:
-    """Return the nodes (k, d) [mm] of each cable in a frame."""
-    return _lines_at(frames, index, "cable")
-
-
-def fibres_at(frames: Frames, index: int) -> list[np.ndarray]:
-    """Return the points (k, d) [mm] along each fibre in a frame."""
-    return _lines_at(frames, index, "fibre")
-
-
-def _lines_at(frames: Frames, index: int, kind: str) -> list[np.ndarray]:
+def _polylines(frames: Frames, index: int, kind: str) -> list[np.ndarray]:
+    """Return the points (k, d) [mm] of each cable or fibre in a frame."""
     if f"{kind}s" not in frames.extra:
         return []
     starts = frames.described[f"{kind}_starts"].astype(int)
     return np.split(frames.extra[f"{kind}s"][index] * MILLI, starts[1:])
 
 
-def draw_cables(axes: Axes, lines: list[np.ndarray], zorder: float) -> None:
-    """Draw cables through their nodes (k, 2) [mm] in the picture."""
-    for line in lines:
-        axes.plot(*line.T, color=INK, linewidth=WIDTH, zorder=zorder)
+def outlines_at(frames: Frames, index: int) -> list[np.ndarray]:
+    """Return closed outlines (n, 2) [mm] of rigid bodies and their surfaces in a plane frame."""
+    vertices, edges = rigid_faces_at(frames, index)
+    outlines = chains(vertices[edges])
+    if "outlines" in frames.described and "frame_pose" in frames.extra:
+        poses = frames.extra["frame_pose"][index]
+        if "outline_bodies" in frames.described:  # not every rigid body has an outline
+            poses = poses[frames.described["outline_bodies"].astype(int)]
+        corners = outline_corners(frames.described["outlines"], poses) * MILLI
+        outlines = [*corners[:, [0, 1, 2, 3, 0]], *outlines]
+    return both_sides(frames, outlines)
 
 
 def draw_lines(
-    axes: Axes, lines: np.ndarray, colour: str, width: float, zorder: float = 4.5
+    axes: Axes,
+    lines: Sequence[np.ndarray] | np.ndarray,
+    colour: str,
+    width: float = 0.35,
+    zorder: float = 4.0,
+    opacity: float = 1.0,
 ) -> None:
-    """Draw lines (e, 2, 2) [mm], such as edges of layers, of a width [points]."""
+    """Draw lines (k, 2) [mm] of a width [points]; the default is that of edges of a body."""
     if len(lines):
-        drawn = LineCollection(list(lines), colors=colour, linewidths=width, zorder=zorder)
+        drawn = LineCollection(
+            list(lines), colors=colour, linewidths=width, zorder=zorder, alpha=opacity
+        )
         axes.add_collection(drawn, autolim=False)
 
 
-def draw_fibres(axes: Axes, lines: list[np.ndarray]) -> None:
-    """Draw fibres through their points (k, 2) [mm] in the picture, above everything else."""
-    for line in lines:
-        axes.plot(*line.T, color=INK, linewidth=FIBRE_WIDTH, alpha=FIBRE_OPACITY, zorder=3.0)
+def draw_lines_of_body(axes: Axes, lines: Lines, behind: float) -> None:
+    """Draw the lines of a frame, projected to the plane; behind: zorder of cables."""
+    for kind, look in LINES.items():
+        zorder = behind if kind == "cables" else 4.5
+        draw_lines(axes, lines[kind], look.colour, look.width, zorder, look.opacity)
 
+
+def draw_faces(
+    axes: Axes, corners: np.ndarray, colours: Any, edges: str = "face", width: float = 0.25,
+    zorder: float = 1.0,
+) -> None:  # fmt: skip
+    """Draw faces (m, 3|4, 2) [mm] in one colour, or the colours (m, 4)."""
+    faces = PolyCollection(
+        list(corners), facecolors=colours, edgecolors=edges, linewidths=width, zorder=zorder
+    )
+    axes.add_collection(faces, autolim=False)
+
+
+def draw_outlines(axes: Axes, outlines: list[np.ndarray]) -> None:
+    """Draw rigid bodies, given their outlines (n, 2) [mm]."""
+    for outline in outlines:
+        axes.add_patch(Polygon(outline, facecolor=FRAME, edgecolor=INK, linewidth=0.7, zorder=2))
+
+
+# -------------------------------------------------------------------------------------------------
+# Pictures of plane sections and half sections of bodies of revolution, with their walls.
 
 THICKNESS = 0.08
 """Thickness of the solid behind a curved wall, as a fraction of the longer side of the view."""
@@ -158,19 +222,15 @@ NO_WALLS, NO_LINES = np.zeros((0, 4)), np.zeros((0, 2, 2))
 class SectionShot:
     """One frame in the plane [mm].
 
-    corners (m, 3|4, 2), values (m,), rigid outlines (n, 2), edges of the free surface (e, 2,
-    2), nodes (n, 2) of each cable, points of each fibre, edges (l, 2, 2) of layers, arms (c, 2,
-    2) of the crosses of rigid bodies.
+    corners (m, 3|4, 2), values (m,), outlines (n, 2) of rigid bodies, edges of the free surface
+    (e, 2, 2), and lines.
     """
 
     corners: np.ndarray
     values: np.ndarray
     outlines: list[np.ndarray]
     boundary: np.ndarray
-    cables: list[np.ndarray]
-    fibres: list[np.ndarray]
-    layers: np.ndarray
-    crosses: np.ndarray
+    lines: Lines
 
     def moving(self) -> np.ndarray:
         """Return all finite points (n, 2) that must be visible.
@@ -178,7 +238,7 @@ class SectionShot:
         The last frame of a failed run may have nodes without a position.
         """
         places = np.concatenate(
-            [p.reshape(-1, 2) for p in (self.corners, *self.outlines, self.crosses)]
+            [p.reshape(-1, 2) for p in (self.corners, *self.outlines, *self.lines["crosses"])]
         )
         return places[np.isfinite(places).all(axis=1)]
 
@@ -209,7 +269,14 @@ class Section:
 
     def __init__(self, frames: Frames, indices: list[int], field: str) -> None:
         boundary = boundary_facets(frames.cells, 2)
-        self.shots = [_shot(frames, index, field, boundary) for index in indices]
+        values = shown_values(frames, indices, field, frames.cells, slice(None))
+        places = [places_at(frames, index) for index in indices]
+        self.shots = [
+            SectionShot(
+                x[frames.cells], v, outlines_at(frames, k), x[boundary], lines_at(frames, k)
+            )
+            for k, x, v in zip(indices, places, values, strict=True)
+        ]
         # In each of the frames, for walls may move.
         self.walls = [
             self.seen_walls(walls_at(frames, "walls", index, NO_WALLS) * [MILLI, MILLI, 1.0, 1.0])
@@ -220,7 +287,7 @@ class Section:
             for index in indices
         ]
         self.centre_lines = frames.described.get("centre_lines", NO_LINES) * MILLI
-        self.values = np.concatenate([shot.values for shot in self.shots])
+        self.values = np.concatenate(values)
         wall_points = points_on(np.concatenate(self.wall_lines))
         self.view = view_of(self.places(), np.concatenate(self.walls), wall_points)
 
@@ -254,15 +321,12 @@ class Section:
         shot = self.shots[number]
         for solid in self.solids(self.view, number):
             draw_solid(axes, solid)
-        if len(self.centre_lines):
-            draw_edges(axes, self.centre_lines, QUIET, zorder=1.7)
-        draw_cables(axes, shot.cables, zorder=1.9)
+        draw_lines(axes, self.centre_lines, QUIET, zorder=1.7)
         draw_outlines(axes, shot.outlines)
-        draw_cells(axes, shot.corners, colours.to_rgba(np.ma.masked_invalid(shot.values)))
-        draw_edges(axes, shot.boundary, INK)
-        draw_lines(axes, shot.layers, ORANGE, LAYER_WIDTH)
-        draw_fibres(axes, shot.fibres)
-        draw_lines(axes, shot.crosses, INK, WIDTH)
+        rgba = colours.to_rgba(np.ma.masked_invalid(shot.values))
+        draw_faces(axes, shot.corners, rgba, width=0.4, zorder=3.0)
+        draw_lines(axes, shot.boundary, INK)
+        draw_lines_of_body(axes, shot.lines, behind=1.9)
 
     def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
         """Write the axis labels at the edge of the figure only."""
@@ -310,11 +374,9 @@ class HalfSection(Section):
         shot = self.shots[number]
         pale = colours.to_rgba(np.ma.masked_invalid(shot.values))
         pale[:, :3] += PALE * (1.0 - pale[:, :3])
-        draw_cells(axes, mirrored(shot.corners), pale)
-        draw_edges(axes, mirrored(shot.boundary), QUIET)
-        draw_outlines(axes, [mirrored(outline) for outline in shot.outlines])
-        draw_lines(axes, mirrored(shot.layers), ORANGE, LAYER_WIDTH)
-        draw_edges(axes, ends(shot.boundary), QUIET, zorder=1.8)  # behind all that stands inside
+        draw_faces(axes, mirrored(shot.corners), pale, width=0.4, zorder=3.0)
+        draw_lines(axes, mirrored(shot.boundary), QUIET)
+        draw_lines(axes, ends(shot.boundary), QUIET, zorder=1.8)  # behind all that stands inside
         axes.axvline(0.0, color=INK, linewidth=0.7, linestyle=(0, (9, 2, 1.5, 2)), zorder=5)
 
     def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
@@ -322,11 +384,6 @@ class HalfSection(Section):
         super().label(lowest, leftmost)
         for axes in lowest:
             axes.xaxis.set_major_formatter(lambda x, _: f"{abs(x):g}")
-
-
-def mirrored(places: np.ndarray) -> np.ndarray:
-    """Return points (..., 2) mirrored at the axis x = 0."""
-    return places * [-1.0, 1.0]
 
 
 def right_of_axis(lines: np.ndarray) -> np.ndarray:
@@ -393,48 +450,6 @@ def outline_corners(outlines: np.ndarray, poses: np.ndarray) -> np.ndarray:
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     turn = np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
     return poses[:, None, :2] + np.einsum("kij,knj->kni", turn, local)
-
-
-def _shot(frames: Frames, index: int, field: str, boundary: np.ndarray) -> SectionShot:
-    positions = places_at(frames, index)
-    values = shown_values(frames, [index], field, frames.cells, slice(None))[0]
-    return SectionShot(
-        positions[frames.cells], values, outlines_at(frames, index), positions[boundary],
-        cables_at(frames, index), fibres_at(frames, index), layers_at(frames, index),
-        crosses_at(frames, index),
-    )  # fmt: skip
-
-
-def outlines_at(frames: Frames, index: int) -> list[np.ndarray]:
-    """Return corners (n, 2) [mm] of outlines and surfaces of rigid bodies in a plane frame."""
-    vertices, edges = rigid_faces_at(frames, index)
-    surfaces = chains(vertices[edges])
-    if "outlines" not in frames.described or "frame_pose" not in frames.extra:
-        return surfaces
-    poses = frames.extra["frame_pose"][index]
-    if "outline_bodies" in frames.described:  # not every rigid body has an outline
-        poses = poses[frames.described["outline_bodies"].astype(int)]
-    return [*outline_corners(frames.described["outlines"], poses) * MILLI, *surfaces]
-
-
-def draw_cells(axes: Axes, corners: np.ndarray, rgba: np.ndarray) -> None:
-    """Draw cells (m, 3|4, 2) [mm] in the colours (m, 4)."""
-    cells = PolyCollection(
-        list(corners), facecolors=rgba, edgecolors="face", linewidths=0.4, zorder=3
-    )
-    axes.add_collection(cells, autolim=False)
-
-
-def draw_edges(axes: Axes, edges: np.ndarray, colour: str, zorder: float = 4.0) -> None:
-    """Draw the edges (e, 2, 2) [mm] of the boundary of a body."""
-    rim = LineCollection(list(edges), colors=colour, linewidths=0.35, zorder=zorder)
-    axes.add_collection(rim, autolim=False)
-
-
-def draw_outlines(axes: Axes, outlines: list[np.ndarray]) -> None:
-    """Draw rigid bodies, given the corners (n, 2) [mm] of their outlines."""
-    for outline in outlines:
-        axes.add_patch(Polygon(outline, facecolor=FRAME, edgecolor=INK, linewidth=0.7, zorder=2))
 
 
 def solid_behind(wall: np.ndarray, view: np.ndarray) -> WallSolid:
@@ -589,15 +604,12 @@ class Surface:
             corners[number] = np.concatenate([corners[number], rigid])
             shown = np.append(values[number], np.full(len(rigid), np.nan))
             self.shots.append(visible_side(corners[number], shown, self.camera))
-        self.cables = [
-            [self.camera.project(line) for line in cables_at(frames, index)] for index in indices
+        lines = [lines_at(frames, index) for index in indices]
+        self.lines = [
+            {kind: list(map(self.camera.project, of_kind)) for kind, of_kind in shown.items()}
+            for shown in lines
         ]
-        self.fibres = [
-            [self.camera.project(line) for line in fibres_at(frames, index)] for index in indices
-        ]
-        layers, crosses = ([at(frames, k) for k in indices] for at in (layers_at, crosses_at))
-        self.layers = [self.camera.project(lines) for lines in layers]
-        self.crosses = [self.camera.project(lines) for lines in crosses]
+        crosses = [arm for shown in lines for arm in shown["crosses"]]
         places = np.concatenate([*corners, *crosses], axis=None).reshape(-1, 3)
         places = places[np.isfinite(places).all(axis=1)]
         box = corners_of_box(places)
@@ -627,21 +639,16 @@ class Surface:
     def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
         """Draw one of the frames, in front of the walls behind it."""
         for wall in self.walls[number]:
-            _draw_faces(axes, wall, np.tile(to_rgba(WALL), (len(wall.light), 1)))
+            rgba = np.tile(to_rgba(WALL), (len(wall.light), 1))
+            draw_faces(axes, wall.corners, lit(rgba, wall.light))
         draw_lines(axes, self.rims[number], QUIET, RIM_WIDTH, zorder=1.0)
         for dark in self.shadows[number]:
-            faces = PolyCollection(
-                list(dark), facecolors=SHADOW, edgecolors="face", linewidths=0.25
-            )
-            axes.add_collection(faces, autolim=False)
-        draw_cables(axes, self.cables[number], zorder=1.0)  # behind the body, as a tether is
+            draw_faces(axes, dark, SHADOW)
+        draw_lines_of_body(axes, self.lines[number], behind=1.0)  # a tether is behind the body
         shot = self.shots[number]
         rgba = colours.to_rgba(np.ma.masked_invalid(shot.values))
         rgba[shot.numbers >= self.face_count] = to_rgba(FRAME)
-        _draw_faces(axes, shot, rgba)
-        draw_lines(axes, self.layers[number], ORANGE, LAYER_WIDTH)
-        draw_fibres(axes, self.fibres[number])
-        draw_lines(axes, self.crosses[number], INK, WIDTH)
+        draw_faces(axes, shot.corners, lit(rgba, shot.light))
         axes.set_axis_off()
 
     def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
@@ -668,9 +675,11 @@ def visible_side(corners: np.ndarray, values: np.ndarray, camera: Camera) -> Sur
 
 
 def lit(colours: np.ndarray, light: np.ndarray) -> np.ndarray:
-    """Return the colours (k, 3) of faces lit by `light` (k,), 0 to 1."""
+    """Return the colours (k, 3|4) of faces lit by `light` (k,), 0 to 1."""
     shade, gloss = SHADE * (1.0 - light[:, None]) ** 1.5, GLOSS * light[:, None] ** 3
-    return (1.0 - gloss) * (1.0 - shade) * colours + gloss
+    shown = colours.copy()
+    shown[:, :3] = (1.0 - gloss) * (1.0 - shade) * colours[:, :3] + gloss
+    return shown
 
 
 def corners_of_box(places: np.ndarray) -> np.ndarray:
@@ -772,13 +781,6 @@ def tangents(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _reach(places: np.ndarray, size: float) -> tuple[float, float]:
     return float(places.min() - 0.1 * size), float(places.max() + 0.1 * size)
-
-
-def _draw_faces(axes: Axes, shot: SurfaceShot, rgba: np.ndarray) -> None:
-    """Draw lit faces in the colours (k, 4)."""
-    rgba[:, :3] = lit(rgba[:, :3], shot.light)
-    faces = PolyCollection(list(shot.corners), facecolors=rgba, edgecolors="face", linewidths=0.25)
-    axes.add_collection(faces, autolim=False)
 
 
 def _draw_directions(axes: Axes, camera: Camera) -> None:

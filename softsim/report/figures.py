@@ -31,6 +31,7 @@ from softsim.output.fields import Frames, read_frames
 from softsim.output.folder import HISTORY, RESULTS, SUMMARY, read_summary, replacing
 from softsim.output.history import read_history, read_units
 from softsim.report.along_pipe import draw_layout
+from softsim.report.body import is_axisymmetric
 from softsim.report.curves import (
     QUANTITIES,
     TITLES,
@@ -59,7 +60,6 @@ from softsim.report.snapshots import (
     Pictures,
     add_scale,
     draw_snapshots,
-    is_axisymmetric,
     moments,
     pictures,
     show,

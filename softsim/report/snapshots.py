@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from softsim.errors import OutputError
 from softsim.output.fields import Frames
-from softsim.report.body import HalfSection, Section, Surface
+from softsim.report.body import HalfSection, Section, Surface, is_axisymmetric
 from softsim.report.diagram import FIELDS, refuse_missing_field, shared_scale
 from softsim.report.style import PAGE_WIDTH, drawing
 
@@ -155,11 +155,6 @@ def pictures(frames: Frames, indices: list[int], field: str) -> Pictures:
     if is_axisymmetric(frames):
         return HalfSection(frames, indices, field)
     return Section(frames, indices, field)
-
-
-def is_axisymmetric(frames: Frames) -> bool:
-    """Return True if the plane mesh is the half section of a body of revolution."""
-    return frames.titles.get("formulation") == "axisymmetric"
 
 
 def draw_snapshots(

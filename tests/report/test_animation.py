@@ -128,7 +128,7 @@ def test_fibres_layers_and_rigid_bodies_are_drawn_in_front_of_a_body(tmp_path: P
             extra={"fibres": np.eye(3) * 1e-3 + shift, "frame_pose": np.array([[*shift, *turn]])},
         )
     shown = animation(read_frames(tmp_path / RESULTS), "stretch")
-    fibres, layers, crosses = (shown["moving"][k] for k in shown["in_front"])
+    layers, fibres, crosses = (shown["moving"][k] for k in shown["in_front"])
     assert [fibre["y"][1:-1].tolist() for fibre in fibres] == [[0.0, 1.0, 0.0], [1.0, 2.0, 1.0]]
     edges = np.array([layers[1][name] for name in "xyz"])
     assert np.isnan(edges).all(axis=0).sum() == 4 + 1  # the border, and not the diagonal

@@ -187,7 +187,7 @@ def test_a_rigid_surface_moves_with_its_body():
     }
     poses = np.array([[[0.0, 0.0, 0.0], [5e-3, 2e-3, np.pi / 2]]])
     frames = SimpleNamespace(
-        points=np.zeros((3, 2)), described=described, extra={"frame_pose": poses}
+        points=np.zeros((3, 2)), described=described, extra={"frame_pose": poses}, titles={}
     )
     (outline,) = outlines_at(frames, 0)
     np.testing.assert_allclose(outline, [[6, 1], [6, 3], [4, 3], [4, 1], [6, 1]])

@@ -5,6 +5,7 @@ In the plane these are its cells; in space its surface, which a reader can turn.
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -14,16 +15,13 @@ from softsim.mesh.mesh import boundary_facets, facet_owners, simplex_facets
 from softsim.output.fields import Frames
 from softsim.report.body import (
     CAMERA,
-    FIBRE_OPACITY,
+    LINES,
     Section,
     around,
-    cables_at,
     corners_of_box,
-    crosses_at,
-    fibres_at,
     flat_walls,
-    layers_at,
-    mirrored,
+    is_axisymmetric,
+    lines_at,
     outlines_at,
     rigid_faces_at,
     rim,
@@ -40,8 +38,8 @@ from softsim.report.diagram import (
     shown_values,
 )
 from softsim.report.page.charts import BAR, Chart
-from softsim.report.snapshots import is_axisymmetric, pictures
-from softsim.report.style import FRAME, GRID, INK, ORANGE, PALE, QUIET, RED, SHADOW, WALL
+from softsim.report.snapshots import pictures
+from softsim.report.style import FRAME, GRID, INK, PALE, QUIET, RED, SHADOW, WALL
 
 SHADES = 16
 """Number of colours of cells in the plane, one trace each; more would slow down the animation."""
@@ -52,8 +50,8 @@ NO_VALUE = "#bbbbbb"
 SEE_THROUGH = 0.3
 """Opacity of walls in space, which surround the body. In QUIET they are 15 % grey."""
 
-CABLE = 2.0
-"""Width of a cable [px]."""
+RIM = 2.0
+"""Width of the edge of a wall in space [px]."""
 
 RING = 24
 """Diameter of the ring about an element that failed [px]."""
@@ -120,7 +118,7 @@ def plane_parts(
 
     These are walls, the lines that bodies follow, cables, rigid outlines and the colour bar;
     then the body: the cells of each of the SHADES, those without a value, and the boundary;
-    then layers, fibres and the crosses of rigid bodies. everywhere: lowest and highest
+    then the lines in front. everywhere: lowest and highest
     coordinates (2, d) [mm] of the body in the chosen frames.
     """
     picture = plane_picture(frames, list(chosen) if walls_move(frames, chosen) else [0], field)
@@ -130,38 +128,29 @@ def plane_parts(
     )
     yield AnimatedTrace(line(INK), [path(part.face for part in parts) for parts in solids])
     yield AnimatedTrace(line(QUIET), [path(picture.centre_lines)])
-    if "cables" in frames.extra:
-        yield AnimatedTrace(line(INK, CABLE), [path(cables_at(frames, index)) for index in chosen])
-    outlines = [outlines_at(frames, index) for index in chosen]
-    both_sides = is_axisymmetric(frames)
-    if both_sides:
-        outlines = [[*shown, *(mirrored(o) for o in shown)] for shown in outlines]
-    closed = [[np.concatenate([o, o[:1]]) for o in shown] for shown in outlines]
-    yield AnimatedTrace(filled(FRAME, INK), [path(shown) for shown in closed])
+    lines = line_traces(frames, chosen)
+    yield from lines.pop("cables")
+    outlines = [path(outlines_at(frames, index)) for index in chosen]
+    yield AnimatedTrace(filled(FRAME, INK), outlines)
     yield AnimatedTrace(BAR)
     for shade in (*shades(SHADES), NO_VALUE):
         yield AnimatedTrace(filled(shade, shade))
     yield AnimatedTrace(line(INK))
-    if "layers" in frames.described:
-        layers = [layers_at(frames, index) for index in chosen]
-        yield AnimatedTrace(
-            line(ORANGE, CABLE),
-            [path([*edges, *(mirrored(edges) if both_sides else ())]) for edges in layers],
-        )
-    if "fibres" in frames.extra:
-        yield AnimatedTrace(line(INK), [path(fibres_at(frames, index)) for index in chosen])
-    yield from crosses(frames, chosen)
+    yield from chain(*lines.values())
 
 
-def crosses(frames: Frames, chosen: np.ndarray) -> Iterator[AnimatedTrace]:
-    """Yield the crosses of rigid bodies without a drawn outline, if any."""
-    arms = [crosses_at(frames, index) for index in chosen]
-    if len(arms[0]):
-        d = frames.points.shape[1]
-        kind, width = ("scatter", CABLE) if d == 2 else ("scatter3d", 2.0 * CABLE)
-        yield AnimatedTrace(
-            line(INK, width) | {"type": kind}, [path(shown, d) for shown in arms], d == 3
-        )
+def line_traces(frames: Frames, chosen: np.ndarray) -> dict[str, list[AnimatedTrace]]:
+    """Return the trace of each kind of LINES, none if the run has no such lines."""
+    shown, d = [lines_at(frames, index) for index in chosen], frames.points.shape[1]
+    found: dict[str, list[AnimatedTrace]] = {kind: [] for kind in LINES}
+    for kind, look in LINES.items():
+        if shown[0][kind]:
+            trace = line(look.colour, look.pixels * (d - 1)) | {"opacity": look.opacity}
+            places = [path(lines[kind], d) for lines in shown]
+            in_space = {"type": "scatter3d"} if d == 3 else {}
+            in_front = d == 3 and kind != "cables"
+            found[kind].append(AnimatedTrace(trace | in_space, places, in_front))
+    return found
 
 
 def plane_layout(frames: Frames, field: str) -> Trace:
@@ -194,9 +183,8 @@ def space_parts(
 ) -> Iterator[AnimatedTrace]:
     """Yield the traces of a run in space.
 
-    These are walls at their initial positions and their edges, cables, fibres, layers, surfaces
-    and crosses of rigid bodies; then the body: the faces of its surface, those without a value,
-    and its shadows.
+    These are walls at their initial positions and their edges, lines, and surfaces of rigid bodies;
+    then the body: the faces of its surface, those without a value, and its shadows.
     """
     flat, curved = seen_walls(frames, corners_of_box(everywhere), 0)
     corners = np.concatenate([triangles(flat), triangles(curved)]).reshape(-1, 3).round(3)
@@ -207,26 +195,14 @@ def space_parts(
     first = np.arange(0, len(corners), 3)
     walls = {"i": first, "j": first + 1, "k": first + 2, "color": QUIET, "opacity": SEE_THROUGH}
     yield AnimatedTrace(look | walls, [xyz(corners.T)])
-    in_space = {"type": "scatter3d"}
-    yield AnimatedTrace(line(QUIET, CABLE) | in_space, [path(rim(flat), 3)])
-    if "cables" in frames.extra:
-        cables = [path(cables_at(frames, index), 3) for index in chosen]
-        yield AnimatedTrace(line(INK, 2.0 * CABLE) | in_space, cables)
-    if "fibres" in frames.extra:
-        fibres = [path(fibres_at(frames, index), 3) for index in chosen]
-        yield AnimatedTrace(
-            line(INK, CABLE) | in_space | {"opacity": FIBRE_OPACITY}, fibres, in_front=True
-        )
-    if "layers" in frames.described:
-        layers = [path(layers_at(frames, index), 3) for index in chosen]
-        yield AnimatedTrace(line(ORANGE, 2.0 * CABLE) | in_space, layers, in_front=True)
+    yield AnimatedTrace(line(QUIET, RIM) | {"type": "scatter3d"}, [path(rim(flat), 3)])
+    yield from chain(*line_traces(frames, chosen).values())
     rigid = [rigid_faces_at(frames, index) for index in chosen]
     if len(rigid[0][1]):
         corners = dict(zip("ijk", rigid[0][1].T, strict=True))
         yield AnimatedTrace(
             look | corners | {"color": FRAME}, [xyz(v.T.round(3)) for v, _ in rigid]
         )
-    yield from crosses(frames, chosen)
     yield AnimatedTrace(look | {"intensitymode": "cell", "coloraxis": "coloraxis"})
     yield AnimatedTrace(look | {"color": NO_VALUE})
     dark = {"color": SHADOW, "opacity": 1.0, "lighting": {"ambient": 1.0, "diffuse": 0.0}}
