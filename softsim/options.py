@@ -1,7 +1,7 @@
 """Options, console and error handling shared by the commands."""
 
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
+from collections.abc import Iterator, Mapping, Sized
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
@@ -9,7 +9,6 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 from softsim.errors import SoftsimError
 from softsim.interruption import INTERRUPTED, STOPPED
@@ -71,14 +70,6 @@ def explained() -> Iterator[Console]:
     except KeyboardInterrupt:
         print(STOPPED, file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
-
-
-def unheaded(rows: Iterable[Sequence[str]]) -> Table:
-    """Return a table of rows of text without headings."""
-    table = Table(show_header=False, box=None)
-    for row in rows:
-        table.add_row(*row)
-    return table
 
 
 def rows_of_sets(

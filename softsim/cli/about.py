@@ -5,7 +5,6 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 from softsim import __version__
 from softsim.applications import STUDY_MODELS
@@ -20,6 +19,7 @@ from softsim.compute.machine import (
 )
 from softsim.errors import DeviceError
 from softsim.options import explained
+from softsim.report.table import Cell, Table, cell
 
 KINDS = ("scene", "study", *STUDY_MODELS)
 """Kinds of input files: those of the engine, and those of applications."""
@@ -74,17 +74,15 @@ def print_devices(console: Console, seconds: float) -> None:
     described = {"cpu": _cpu()}
     if cuda_device_count():
         described["cuda"] = _cuda(faults)
-    table = Table("device", "hardware", "free memory", box=None)
-    rates: dict[str, list[str]] = {name: [] for name in described}
+    rates: dict[str, dict[str, Cell]] = {}
     if seconds > 0.0:
         console.print("measuring speed; the first time, kernels are compiled for about a minute")
-        for heading, measured in _rates(list(described), seconds, faults).items():
-            table.add_column(heading, justify="right")
-            for name, rate in measured.items():
-                rates[name].append(rate)
-    for name, columns in described.items():
-        table.add_row(name, *columns, *rates[name])
-    console.print(table)
+        rates = _rates(list(described), seconds, faults)
+    rows = [
+        [name, *columns, *(measured[name] for measured in rates.values())]
+        for name, columns in described.items()
+    ]
+    console.print(Table(rows, ["device", "hardware", "free memory", *rates]))
     if "cuda" not in described:
         console.print(f"cuda: {_why_there_is_none()}")
     for fault in faults:
@@ -127,7 +125,7 @@ def _why_there_is_none() -> str:
     return f"CUDA does not respond on the {card.name} with driver {card.driver}"
 
 
-def _rates(devices: list[str], seconds: float, faults: list[str]) -> dict[str, dict[str, str]]:
+def _rates(devices: list[str], seconds: float, faults: list[str]) -> dict[str, dict[str, Cell]]:
     """Return the rate by heading and device, for a small mesh on one thread and a large one on all.
 
     Failures are appended to `faults`.
@@ -136,16 +134,16 @@ def _rates(devices: list[str], seconds: float, faults: list[str]) -> dict[str, d
 
     everything = processor().cores
     each = seconds / (2 * len(devices))
-    columns: dict[str, dict[str, str]] = {}
+    columns: dict[str, dict[str, Cell]] = {}
     for work, threads in ((SECTION, 1), (LARGE, everything)):
         heading = f"{work.elements:,} triangles\n{threads} thread{'s' if threads > 1 else ''}"
         columns[heading] = {}
         for device in devices:
             try:
                 rate = measured_rate(device, threads if device == "cpu" else 1, work, each)
-                columns[heading][device] = f"{rate / 1e6:.1f} M/s"
+                columns[heading][device] = cell(rate / 1e6, ".1f", " M/s")
             except DeviceError as fault:
-                columns[heading][device] = "fails"
+                columns[heading][device] = Cell("fails")
                 faults.append(f"{device}, {work.elements:,} triangles: {fault}")
     return columns
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softsim.errors import MaterialError
-from softsim.options import Overrides, explained, unheaded
+from softsim.options import Overrides, explained
+from softsim.report.table import Table
 
 if TYPE_CHECKING:
     from softsim.report.curves import DrawnSpectrum
@@ -74,7 +75,7 @@ def materials(
         console.print(sources_table(silicone), highlight=False)
         if test is not None:
             console.print(f"stress of {test.title} over that of a source", style="bold")
-            console.print(unheaded(comparison_rows(silicone, test)), highlight=False)
+            console.print(Table(comparison_rows(silicone, test)), highlight=False)
         console.print(f"figure  {figure}", highlight=False)
 
 
@@ -133,13 +134,13 @@ def fit_material(
         figure = out or Path(f"{files[0].stem}_{law}.png")
         report.draw_fit(tests, fits, figure)
         if len(tests) == 1:
-            console.print(unheaded(report.fit_rows(fits)))
+            console.print(Table(report.fit_rows(fits)))
         else:
             names = report.names_of(tests)
             errors = prediction_errors(tests, chosen, max_strain, min_strain, terms)
-            console.print(unheaded(report.fit_rows(fits, names)))
+            console.print(Table(report.fit_rows(fits, names)))
             console.print("rms error of each test with the constants fitted to one test alone")
-            console.print(unheaded(report.prediction_rows(names, errors)), highlight=False)
+            console.print(Table(report.prediction_rows(names, errors)), highlight=False)
             for text in report.prediction_warnings(names, fits, errors):
                 console.print(f"warning: {text}", highlight=False)
         console.print(f"figure  {figure}", highlight=False)
@@ -169,7 +170,7 @@ def spectrum(
         draw_spectra(spectra, figure)
         for drawn in spectra:
             console.print(drawn.name, style="bold", highlight=False)
-            console.print(unheaded(spectra_rows(drawn)))
+            console.print(Table(spectra_rows(drawn)))
         console.print(f"figure  {figure}", highlight=False)
 
 

@@ -10,7 +10,8 @@ import typer
 from rich.console import Console
 
 from softsim.errors import MeshError, Option, SceneError
-from softsim.options import explained, rows_of_sets, unheaded
+from softsim.options import explained, rows_of_sets
+from softsim.report.table import Table
 
 if TYPE_CHECKING:
     from softsim.mesh.cad import Chamber
@@ -119,7 +120,7 @@ def mesh(
             scene.write_text(starter_scene(made, found, target, material, mu0), encoding="utf-8")
         _print_mesh(made, found, console)
         console.print(
-            unheaded([
+            Table([
                 ("mesh", str(target)),
                 ("figure", str(figure)),
                 ("scene", f"{scene}{'' if is_new else ' exists and was not changed'}"),
@@ -160,7 +161,7 @@ def _print_mesh(made: "Mesh", found: "list[Chamber]", console: Console) -> None:
     q = quality(made)
     rows = [("size", f"{sides} mm, {q.volume * 1e6:.4g} ml"), ("mesh", q.describe())]
     rows += rows_of_sets(made.node_sets, made.facet_sets, made.cell_sets)
-    console.print(unheaded(rows))
+    console.print(Table(rows))
     for chamber in found:
         where = f"open at {chamber.opening}" if chamber.opening else "closed"
         console.print(f"{chamber.name}: {chamber.volume * 1e6:.4g} ml, {where}", highlight=False)

@@ -8,16 +8,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from rich.markup import escape
-from rich.table import Table
 
 from softsim.compute.machine import Choice
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.model import Body, Model
-from softsim.options import rows_of_sets, unheaded
+from softsim.options import rows_of_sets
 from softsim.output.acting import acting, not_read
-from softsim.report.figures import bookkeeping, duration, findings, segments
+from softsim.report.figures import bookkeeping, duration, findings
+from softsim.report.table import Cell, Table, cell
 from softsim.run.equilibrium import MotorResponse
 from softsim.run.pilot import Duration
 from softsim.scene.loading import LoadedScene
@@ -37,18 +36,17 @@ def summary_table(summary: Mapping[str, Any], units: Mapping[str, str]) -> Table
     warned = len(summary.get("warnings", []))
     if warned:
         rows.insert(0, ("warnings", f"{warned}, listed in summary.json and run.log"))
-    return unheaded(rows)
+    return Table(rows)
 
 
 def wall_time_table(wall_times: Mapping[str, float]) -> Table:
     """Return the table of the wall time of each part of a run, from its summary."""
     whole = sum(wall_times.values())
-    table = Table("part", box=None)
-    for heading in ("wall time", "fraction"):
-        table.add_column(heading, justify="right")
-    for part, seconds in [*wall_times.items(), ("whole", whole)]:
-        table.add_row(part, f"{seconds:.2f} s", f"{100 * seconds / whole:.1f} %")
-    return table
+    rows = [
+        [part, cell(seconds, ".2f", " s"), cell(100.0 * seconds / whole, ".1f", " %")]
+        for part, seconds in [*wall_times.items(), ("whole", whole)]
+    ]
+    return Table(rows, ["part", "wall time", "fraction"])
 
 
 def profile_table(profile: Mapping[str, Any]) -> Table:
@@ -58,20 +56,19 @@ def profile_table(profile: Mapping[str, Any]) -> Table:
     negative if the passes alone are slower.
     """
     whole = profile["increment"]
-    table = Table("phase", "pass", box=None)
-    for heading in ("indices", "us", "fraction"):
-        table.add_column(heading, justify="right")
-
-    def row(phase: str, name: str, indices: str, seconds: float) -> None:
-        table.add_row(
-            phase, name, indices, f"{seconds * 1e6:.2f}", f"{100 * seconds / whole:.1f} %"
-        )
-
-    for cost in sorted(profile["passes"], key=lambda cost: -cost["seconds"]):
-        row(cost["phase"], cost["name"], f"{cost['count']:,}", cost["seconds"])
-    row("overhead", "not part of a pass", "", profile["unexplained"])
-    row("increment", "whole increment", "", whole)
-    return table
+    costs = [
+        *sorted(profile["passes"], key=lambda cost: -cost["seconds"]),
+        {"phase": "overhead", "name": "not part of a pass", "seconds": profile["unexplained"]},
+        {"phase": "increment", "name": "whole increment", "seconds": whole},
+    ]
+    rows = [
+        [
+            cost["phase"], cost["name"], cell(cost.get("count"), ","),
+            cell(1e6 * cost["seconds"], ".2f"), cell(100.0 * cost["seconds"] / whole, ".1f", " %"),
+        ]
+        for cost in costs
+    ]  # fmt: skip
+    return Table(rows, ["phase", "pass", "indices", "us", "fraction"])
 
 
 def acting_tables(loaded: LoadedScene, model: Model) -> Iterator[Table]:
@@ -79,42 +76,38 @@ def acting_tables(loaded: LoadedScene, model: Model) -> Iterator[Table]:
     titles = "loads, supports and contact", "ignored in mesh files"
     for title, rows in zip(titles, (acting(loaded, model), not_read(model)), strict=True):
         if rows:
-            table = unheaded([[escape(text) for text in row] for row in rows])
-            table.title, table.title_justify = title, "left"
-            yield table
+            yield Table(rows, title=title)
 
 
 def model_table(model: Model) -> Table:
     """Return the table of the sizes and sets of bodies, of cables, and of the stable step."""
-    table = Table(show_header=False, box=None)
+    rows: list[tuple[str, str]] = []
     for body in model.bodies:
-        table.add_row(f"body '{body.name}'", _size(body))
+        rows.append((f"body '{body.name}'", _size(body)))
         for region in body.regions:
             part = "" if region.cell_set is None else f" of {region.cell_set}"
-            table.add_row(f"  material{part}", region.material.describe())
-        for remark in body.remarks:
-            table.add_row("  changed", remark)
-        for kind, text in rows_of_sets(body.node_sets, body.facet_sets, body.cell_sets):
-            table.add_row(f"  {kind}", text)
+            rows.append((f"  material{part}", region.material.describe()))
+        rows += [("  changed", remark) for remark in body.remarks]
+        sets = rows_of_sets(body.node_sets, body.facet_sets, body.cell_sets)
+        rows += [(f"  {kind}", text) for kind, text in sets]
     for structure in model.all_structures:
-        for title, text in structure.description().items():
-            table.add_row(title, text)
+        rows += structure.description().items()
     if model.mass_scaling is not None:
         unscaled = StableStepEstimator(replace(model, mass_scaling=None)).at_rest.value
-        table.add_row(
-            "mass scaling",
+        scaling = (
             f"{model.mass_scaling.describe()}; moments of inertia +"
-            f"{100.0 * model.added_turning:.3g} %; stable step without it {unscaled * 1e6:.3g} us",
+            f"{100.0 * model.added_turning:.3g} %; stable step without it {unscaled * 1e6:.3g} us"
         )
-    stable = estimator(model).at_rest
+        rows.append(("mass scaling", scaling))
     dt = first_time_increment(model)
-    table.add_row("stable step", stable.describe())
-    table.add_row(
-        "time step", f"{dt * 1e6:.3g} us, {(model.end_time - model.start_time) / dt:.3g} increments"
-    )
+    increments = (model.end_time - model.start_time) / dt
+    rows += [
+        ("stable step", estimator(model).at_rest.describe()),
+        ("time step", f"{dt * 1e6:.3g} us, {increments:.3g} increments"),
+    ]
     if model.cycles is not None:
-        table.add_row("ends", _ending(model.cycles, model.end_time))
-    return table
+        rows.append(("ends", _ending(model.cycles, model.end_time)))
+    return Table(rows)
 
 
 def _ending(cycles: int, end_time: float) -> str:
@@ -131,7 +124,6 @@ def _size(body: Body) -> str:
 
 def duration_table(predicted: Duration, model: Model, choice: Choice) -> Table:
     """Return the table of the predicted duration and the measured rates behind it."""
-    table = Table(show_header=False, box=None)
     workers = f"{predicted.threads} thread{'s' if predicted.threads > 1 else ''}"
     device = choice.device_for(model.corner_count)
     place = device if device == "cuda" else f"{device}, {workers}"
@@ -141,12 +133,11 @@ def duration_table(predicted: Duration, model: Model, choice: Choice) -> Table:
     elif model.relaxation is not None:
         settling = ", plus the time to reach equilibrium"
     is_path = model.relaxation is not None and model.relaxation.follows_path
-    table.add_row(
-        "expected",
+    expected = (
         f"{'at least' if is_path else 'about'} {duration(predicted.total)}{settling}: "
         f"start {duration(predicted.start)}, "
         f"{predicted.increment_count:.3g} {steps} {duration(predicted.loop)}, figures "
-        f"{duration(predicted.figures)}",
+        f"{duration(predicted.figures)}"
     )
     part = "" if predicted.covered == 1.0 else f"the first {100.0 * predicted.covered:.0f} % of "
     measured = (
@@ -156,8 +147,7 @@ def duration_table(predicted: Duration, model: Model, choice: Choice) -> Table:
     if model.takes_load_steps:
         each = duration(predicted.loop / predicted.increment_count)
         measured = f"{each} a load step ({place}), in a trial run over {part}the load history"
-    table.add_row("measured", measured)
-    return table
+    return Table([("expected", expected), ("measured", measured)])
 
 
 def modes_table(found: NaturalModes) -> Table:
@@ -171,20 +161,19 @@ def modes_table(found: NaturalModes) -> Table:
     by_law = ["static\nHz", "stiffness\nratio", "dynamic\nHz"]
     if isinstance(found, LoadedModes):
         by_law.append("damping\nratio %")
-    table = Table("mode", box=None)
     shares = f"effective mass\n{' '.join('xyz'[: body.points.shape[1]])} %"
-    for heading in [*(by_law if viscoelastic else ["frequency\nHz"]), shares]:
-        table.add_column(heading, justify="right")
-    table.add_column("largest motion at\nmm", no_wrap=True)
-    table.add_column("set")
+    headings = [*(by_law if viscoelastic else ["frequency\nHz"]), shares]
+    rows: list[list[Cell]] = []
     for number, mode in enumerate(found.modes, start=1):
-        stiffened = [f"{mode.stiffening:.2f}", f"{mode.dynamic_frequency:.4g}"]
-        if isinstance(mode, LoadedMode):
-            stiffened.append(f"{100.0 * mode.damping_ratio:.3g}")
-        frequencies = [f"{mode.frequency:.4g}", *(stiffened if viscoelastic else [])]
-        shares = " ".join(f"{100.0 * share:.0f}" for share in mode.mass_shares)
-        table.add_row(str(number), *frequencies, shares, *_most_moved(body, mode))
-    return table
+        frequencies = [cell(mode.frequency)]
+        if viscoelastic:
+            frequencies += [cell(mode.stiffening, ".2f"), cell(mode.dynamic_frequency)]
+        if viscoelastic and isinstance(mode, LoadedMode):
+            frequencies.append(cell(100.0 * mode.damping_ratio, ".3g"))
+        masses = [100.0 * share for share in mode.mass_shares]
+        in_words = Cell(" ".join(f"{mass:.0f}" for mass in masses), masses[0])
+        rows.append([cell(number), *frequencies, in_words, *_most_moved(body, mode)])
+    return Table(rows, ["mode", *headings, "largest motion at\nmm", "set"])
 
 
 def modes_remarks(found: NaturalModes) -> str:
@@ -199,36 +188,25 @@ def modes_remarks(found: NaturalModes) -> str:
 
 def response_table(found: MotorResponse) -> Table:
     """Return the table of a harmonic response: at the motor's own frequency, and the largest."""
-    table = Table(found.motor, box=None)
     own = int(np.abs(found.frequencies - found.own_frequency).argmin())
-    for heading in (f"at {found.frequencies[own]:.4g} Hz", "phase\ndeg", "largest", "at\nHz"):
-        table.add_column(heading, justify="right")
+    rows: list[list[Cell | str]] = []
     for column, values in found.amplitudes.items():
         unit, largest = found.units[column], int(np.abs(values).argmax())
-        shown = [format_quantity(float(f"{abs(values[k]):.4g}"), unit) for k in (own, largest)]
-        phase = f"{np.degrees(np.angle(values[own])):.0f}"
-        table.add_row(column, shown[0], phase, shown[1], f"{found.frequencies[largest]:.4g}")
-    return table
+        at_own, highest = (
+            Cell(format_quantity(float(f"{abs(values[k]):.4g}"), unit), abs(values[k]))
+            for k in (own, largest)
+        )
+        phase = cell(np.degrees(np.angle(values[own])), ".0f")
+        rows.append([column, at_own, phase, highest, cell(found.frequencies[largest])])
+    at = f"at\n{found.frequencies[own]:.4g} Hz"
+    return Table(rows, [found.motor, at, "phase\ndeg", "largest", "at\nHz"])
 
 
-def _most_moved(body: Body, mode: NaturalMode) -> tuple[str, str]:
+def _most_moved(body: Body, mode: NaturalMode) -> tuple[Cell, Cell]:
     """Return the position [mm] of the node that moves most, and its smallest named set."""
     node = mode.most_moved
-    place = ", ".join(f"{c * 1e3:.2f}" for c in body.points[node])
+    place = [1e3 * c for c in body.points[node]]
     sets = body.node_sets
     around = [name for name in sets if body.first_node + node in sets[name]]
-    return place, min(around, key=lambda name: len(sets[name]), default="")
-
-
-def segments_table(report: Mapping[str, Any]) -> Table:
-    """Return the table of segments from `layout` of the summary, with units below the headings."""
-    content = segments(report)
-    first, *others = content.headings
-    table = Table(box=None, caption=content.caption, caption_justify="left")
-    table.add_column(first, no_wrap=True)
-    for heading in others:
-        name, _, unit = heading.rstrip("]").partition(" [")
-        table.add_column("\n".join([*name.split(), unit]), justify="right")
-    for row in content.rows:
-        table.add_row(*(cell.text for cell in row))
-    return table
+    smallest = min(around, key=lambda name: len(sets[name]), default="")
+    return Cell(", ".join(f"{c:.2f}" for c in place), place[0]), Cell(smallest)

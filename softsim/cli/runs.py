@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.markup import escape
 
 from softsim.cli.reporting import (
     drawing_can_stop,
@@ -384,15 +383,15 @@ def _assess_repeatedly(
     from softsim.builder import build_model
     from softsim.cli.reporting import report_study
     from softsim.cli.study_tables import print_results
-    from softsim.options import unheaded
     from softsim.report.study.findings import VERDICT, Findings
     from softsim.report.study.plots import pass_rate_in_words
+    from softsim.report.table import Table
     from softsim.study.loading import describe
     from softsim.sweep.engine import pool_for  # imports dask
     from softsim.sweep.study import sweep
 
     rests_on = assumptions(build_model(loaded))
-    console.print(unheaded([list(map(escape, row)) for row in describe(study)]))
+    console.print(Table(describe(study)))
     frame = sweep(study, folder, pool_for(folder, device, workers), device, console=console)
     print_results(study, frame, folder, console)
     report_study(folder, console)
@@ -408,14 +407,14 @@ def _assess_repeatedly(
 
 def _show_passage(folder: Path, console: Console) -> None:
     """Draw the report of an assessment; print its segments and its verdict, if available."""
-    from softsim.cli.run_tables import segments_table
     from softsim.output.folder import read_summary
+    from softsim.report.figures import segments
 
     with drawing_can_stop(folder):
         report_what_there_is(folder, console)
     report = read_summary(folder).get("layout")
     if report is not None:
-        console.print(segments_table(report))
+        console.print(segments(report))
         console.print(report["sentence"], style="bold", highlight=False, soft_wrap=True)
         single = "single run; use --repeats N to see how the verdict depends on friction and start"
         for text in (report["margin"], *report["assumptions"], single):

@@ -7,15 +7,13 @@ from pathlib import Path
 import polars
 import typer
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from softsim.compute.machine import chosen_device
 from softsim.errors import ClusterError, OutputError, SoftsimError
-from softsim.options import unheaded
 from softsim.output.folder import TABLE_TEXT
 from softsim.report.study.boundary import boundaries_in_words
 from softsim.report.study.findings import Findings, best_in_words
+from softsim.report.table import Table, cell
 from softsim.study.cases import (
     DONE,
     FAILED,
@@ -71,7 +69,7 @@ def print_plan(
     console: Console,
 ) -> None:  # fmt: skip
     """Print the factors, the cases, the stored ones, and the number and cost of remaining runs."""
-    console.print(unheaded([list(map(escape, row)) for row in describe(study)]))
+    console.print(Table(describe(study)))
     table = StudyTable.of(study)
     waiting, left = next(table.open_rounds(study, folder, device, again), NOTHING_LEFT)
     frame = table.frame()
@@ -114,18 +112,10 @@ def print_results(
 
 
 def _print_rows(frame: polars.DataFrame, console: Console) -> None:
-    table = Table(*map(escape, frame.columns), box=None)
-    for row in frame.head(MOST_SHOWN).iter_rows():
-        table.add_row(*map(_shown, row))
-    console.print(table)
+    rows = [list(map(cell, row)) for row in frame.head(MOST_SHOWN).iter_rows()]
+    console.print(Table(rows, frame.columns))
     if len(frame) > MOST_SHOWN:
         console.print(f"... and {len(frame) - MOST_SHOWN:,} more")
-
-
-def _shown(value: float | str | None) -> str:
-    if value is None:
-        return ""
-    return escape(value) if isinstance(value, str) else f"{value:.4g}"
 
 
 def print_best(study: LoadedStudy, folder: Path, console: Console) -> None:

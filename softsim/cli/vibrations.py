@@ -12,6 +12,7 @@ from rich.console import Console
 
 from softsim.errors import ModesError, Option, SceneError, StabilityError
 from softsim.options import Device, DeviceName, Overrides, ScenePath, Threads, explained
+from softsim.report.table import Cell, Table, cell
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.compute.machine import Choice
@@ -314,13 +315,14 @@ def _rows(
     axes = "xyz"[: computed[0][1].body.points.shape[1]]
     head = ["mode", "frequency [Hz]", "dynamic_frequency [Hz]", "damping_ratio"]
     head += [f"effective_mass_{axis}" for axis in axes]
-    rows = [",".join([*([load, "line"] if load else []), *head])]
+    rows: list[list[Cell | str]] = []
     for k, (value, modes) in enumerate(computed):
         for number, mode in enumerate(modes.loaded, start=1):
-            cells = [mode.frequency, mode.dynamic_frequency, mode.damping_ratio, *mode.mass_shares]
-            first = [f"{value:.8g}", str(lines[k][number - 1] + 1)] if load else []
-            rows.append(",".join([*first, str(number), *(f"{cell:.8g}" for cell in cells)]))
-    return "\n".join(rows) + "\n"
+            first = [cell(value, ".8g"), cell(lines[k][number - 1] + 1)] if load else []
+            numbers = [mode.frequency, mode.dynamic_frequency, mode.damping_ratio]
+            cells = (cell(one, ".8g") for one in (*numbers, *mode.mass_shares))
+            rows.append([*first, cell(number), *cells])
+    return Table(rows, [*([load, "line"] if load else []), *head]).csv()
 
 
 def _response_rows(responses: "list[MotorResponse]") -> str:
@@ -329,12 +331,13 @@ def _response_rows(responses: "list[MotorResponse]") -> str:
     head = ["motor", "frequency [Hz]", "force [N]", "contact_changes"]
     for column in columns:
         head += [f"{column} amplitude [{responses[0].units[column]}]", f"{column} phase [deg]"]
-    rows = [",".join(head)]
+    rows: list[list[Cell | str]] = []
     for response in responses:
         for k, frequency in enumerate(response.frequencies):
-            cells = [f"{frequency:.8g}", f"{response.force[k]:.8g}"]
-            cells.append(str(response.contact_changes[k]))
+            cells = [cell(number, ".8g") for number in (frequency, response.force[k])]
+            cells.append(cell(response.contact_changes[k], "d"))
             for values in response.amplitudes.values():
-                cells += [f"{abs(values[k]):.8g}", f"{np.degrees(np.angle(values[k])):.6g}"]
-            rows.append(",".join([response.motor, *cells]))
-    return "\n".join(rows) + "\n"
+                phase = cell(np.degrees(np.angle(values[k])), ".6g")
+                cells += [cell(abs(values[k]), ".8g"), phase]
+            rows.append([response.motor, *cells])
+    return Table(rows, head).csv()

@@ -1,6 +1,5 @@
 """All figures and texts of a run folder, made from its files alone."""
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -67,6 +66,7 @@ from softsim.report.snapshots import (
 )
 from softsim.report.style import PAGE_WIDTH, STYLE
 from softsim.units import size_of, usual_unit
+from softsim.report.table import Table, cell
 
 # -------------------------------------------------------------------------------------------------
 # Readable text of the summary of a run and of single numbers.
@@ -284,37 +284,6 @@ def probe_lines(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iterato
 # Table of a robot's path through a layout, for a page or a console.
 
 
-@dataclass(frozen=True)
-class Cell:
-    """Cell of a table: its text, and the number that it is sorted by; None to sort by the text."""
-
-    text: str
-    value: float | None = None
-
-
-EMPTY = Cell("")
-"""Empty cell, which is last in every sort order."""
-
-
-@dataclass(frozen=True)
-class Table:
-    """Table with a caption, headings, and rows of as many cells each."""
-
-    caption: str
-    headings: Sequence[str]
-    rows: Sequence[Sequence[Cell]]
-
-
-def cell(value: float | str | None, written: str = ".4g") -> Cell:
-    """Return the cell of a number in the format `written`, or of a text; empty for None."""
-    if isinstance(value, str):
-        return Cell(value)
-    if value is None or not math.isfinite(value):
-        return EMPTY
-    text = f"{value:{written}}"
-    return Cell(text.lstrip("-") if float(text) == 0.0 else text, float(value))
-
-
 SEGMENT_COLUMNS = {
     "from [mm]": ("start", 1e3, ".0f"),
     "to [mm]": ("end", 1e3, ".0f"),
@@ -347,8 +316,8 @@ def segments(report: Mapping[str, Any]) -> Table:
             for name, factor, written in SEGMENT_COLUMNS.values()
         ]
         branch = f" ({segment['branch']})" if len(report["exits"]) > 1 else ""
-        rows.append([cell(f"{segment['segment']}{branch}  {segment['what']}"), *numbers])
-    return Table(SEGMENTS_CAPTION, ["segment", *SEGMENT_COLUMNS], rows)
+        rows.append([f"{segment['segment']}{branch}  {segment['what']}", *numbers])
+    return Table(rows, ["segment", *SEGMENT_COLUMNS], SEGMENTS_CAPTION)
 
 
 # -------------------------------------------------------------------------------------------------

@@ -7,7 +7,6 @@ from itertools import cycle
 from pathlib import Path
 
 import numpy as np
-from rich.table import Table
 
 from softsim.materials.fitting import (
     LARGEST_STRETCH,
@@ -22,6 +21,7 @@ from softsim.materials.tensile import TensileTest
 from softsim.report.diagram import FLAT, POINTS, TALL, Diagram, Panel, PlotAxis, PlotSeries, Scale
 from softsim.report.png import draw
 from softsim.report.style import BLUE, COLOURS, INK, ORANGE, QUIET, RED
+from softsim.report.table import Cell, Table, cell
 
 # -------------------------------------------------------------------------------------------------
 # Sources of a silicone: table of the library, curves in one figure, comparison with a test.
@@ -47,25 +47,19 @@ def sources_table(silicone: Silicone) -> Table:
         )
         if not spread.agrees:
             caption += "; fit a test of your own batch with softsim fit-material"
-    table = Table(
-        title=f"{silicone.title}: {silicone.name}", caption=caption,
-        title_justify="left", caption_justify="left",
-    )  # fmt: skip
     has_batches = any(source.spec.batch for source in silicone.sources)
-    table.add_column("entry")
-    table.add_column("mu0, kPa", justify="right")
-    table.add_column("E0, kPa", justify="right")
-    for heading in ("strain", "test", *(["batch"] if has_batches else []), "source"):
-        table.add_column(heading, overflow="fold")
+    rows: list[list[Cell | str]] = []
     for source in silicone.sources:
         mu0, spec = source.initial_shear_modulus, source.spec
-        table.add_row(
+        rows.append([
             source.name if source.is_material else f"({source.name})",
-            _kilo(mu0), _kilo(3.0 * mu0), _strains(source), spec.test,
+            cell(mu0 / 1e3, ".3g"), cell(3.0 * mu0 / 1e3, ".3g"), _strains(source), spec.test,
             *([spec.batch or "not stated"] if has_batches else []),
             f"{spec.citation} {spec.url}".rstrip(),
-        )  # fmt: skip
-    return table
+        ])  # fmt: skip
+    batch = ["batch"] if has_batches else []
+    headings = ["entry", "mu0 [kPa]", "E0 [kPa]", "strain", "test", *batch, "source"]
+    return Table(rows, headings, caption, f"{silicone.title}: {silicone.name}")
 
 
 def _kilo(modulus: float) -> str:

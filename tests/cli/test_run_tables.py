@@ -4,7 +4,8 @@ import io
 
 from rich.console import Console
 
-from softsim.cli.run_tables import segments_table, summary_table, wall_time_table
+from softsim.cli.run_tables import summary_table, wall_time_table
+from softsim.report.figures import segments
 
 SEGMENT = {
     "segment": 1, "what": "straight 70 mm", "start": 0.0, "end": 0.07, "entered": 0.0, "left": 2.5,
@@ -18,7 +19,7 @@ AHEAD = {"segment": 2, "what": "bend -180 deg, radius 60 mm", "start": 0.07, "en
 
 def lines(report) -> list[str]:
     console = Console(file=io.StringIO(), width=80)
-    console.print(segments_table(report))
+    console.print(segments(report))
     return console.file.getvalue().splitlines()
 
 
@@ -54,5 +55,5 @@ def test_what_was_found_comes_before_how_and_warnings_before_both() -> None:
 def test_the_parts_of_the_wall_time_and_their_shares():
     out = io.StringIO()
     Console(file=out, width=80).print(wall_time_table({"kernel": 9.0, "rows": 1.0}))
-    rows = [" ".join(line.split()) for line in out.getvalue().splitlines()[1:]]
+    rows = [" ".join(line.split()) for line in out.getvalue().splitlines()[2:]]
     assert rows == ["kernel 9.00 s 90.0 %", "rows 1.00 s 10.0 %", "whole 10.00 s 100.0 %"]

@@ -14,7 +14,6 @@ from layout_runs import write_layout_run
 from softsim.errors import OutputError
 from softsim.output.folder import HISTORY, SCENE, RunFolder
 from softsim.output.history import History
-from softsim.report.figures import cell
 from softsim.report.page.run import (
     BAD,
     GOOD,
@@ -25,6 +24,7 @@ from softsim.report.page.run import (
     verdicts,
     write_run_page,
 )
+from softsim.report.table import cell
 from softsim.robots.block import block
 
 DONE = {"status": "done", "simulated_time": 4.0, "wall_time": 100.0, "title": "strip"}

@@ -2,12 +2,11 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from softsim.apps.calibration.result import FORCE_SHARE, Calibration, PressureMapping
 from softsim.report.diagram import FLAT, STEPS, Diagram, Panel, PlotAxis, PlotSeries, Scale
 from softsim.report.png import draw
 from softsim.report.style import BLUE, INK, ORANGE
+from softsim.report.table import Table, cell
 
 
 def draw_calibration(found: Calibration, path: Path) -> None:
@@ -98,18 +97,19 @@ def calibration_rows(found: Calibration) -> list[tuple[str, str]]:
     return rows
 
 
-def sample_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
-    """Return headings and rows of the comparison at some pressures."""
-    samples = found.samples()
+def sample_table(found: Calibration) -> Table:
+    """Return the table of the comparison at some pressures."""
     headings = ["p [kPa]", "q, matched [kPa]", "q, linear fit [kPa]", "force, reference [N]",
                 "force, section [N]", "rows, reference", "rows, section"]  # fmt: skip
-    scales = (1e-3, 1e-3, 1e-3, 1.0, 1.0, 1.0, 1.0)
-    formats = (".2f", ".2f", ".2f", ".3f", ".3f", ".0f", ".0f")
     columns = [
-        [format(value * scale, form) for value in values]
-        for values, scale, form in zip(samples.values(), scales, formats, strict=True)
+        [cell(value * scale, form) for value in values]
+        for values, (scale, form) in zip(
+            found.samples().values(),
+            [*[(1e-3, ".2f")] * 3, *[(1.0, ".3f")] * 2, *[(1.0, ".0f")] * 2],
+            strict=True,
+        )
     ]
-    return headings, [list(line) for line in np.array(columns).T.tolist()]
+    return Table(list(zip(*columns, strict=True)), headings)
 
 
 def scene_lines(found: Calibration, pressure: str, body: str) -> str:

@@ -12,13 +12,12 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
 from softsim.apps.calibration.experiments import Specimen, inflation, push, stiffness
 from softsim.apps.calibration.report import (
     calibration_rows,
     draw_calibration,
-    sample_rows,
+    sample_table,
     scene_lines,
 )
 from softsim.apps.calibration.result import (
@@ -31,10 +30,10 @@ from softsim.apps.calibration.result import (
     wall_curve,
 )
 from softsim.errors import CalibrationError, StabilityError
-from softsim.options import unheaded
 from softsim.output.folder import HISTORY, RunFolder
 from softsim.output.history import read_history
 from softsim.report.figures import draw_all, duration
+from softsim.report.table import Table
 from softsim.run import run
 from softsim.scene.loading import LoadedScene
 
@@ -226,12 +225,8 @@ def _tell(found: Calibration, section: Specimen, out: Path, console: Console) ->
     """Write and draw the calibration; print its numbers, comparison, figure and scene lines."""
     RunFolder(out).write_json_atomic(CALIBRATION, found.as_json())
     draw_calibration(found, out / FIGURE)
-    console.print(unheaded(calibration_rows(found)))
-    headings, lines = sample_rows(found)
-    comparison = Table(*headings, box=None)
-    for line in lines:
-        comparison.add_row(*line)
-    console.print(comparison)
+    console.print(Table(calibration_rows(found)))
+    console.print(sample_table(found))
     for remark in found.remarks:
         console.print(f"warning: {remark}", highlight=False)
     console.print(f"figure  {out / FIGURE}\nresults in {out}", highlight=False)

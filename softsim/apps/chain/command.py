@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from softsim.options import Overrides, explained, unheaded
+from softsim.options import Overrides, explained
+from softsim.report.table import Table
 
 
 def chain(
@@ -45,6 +46,6 @@ def chain(
         loaded = load_chain(robot, overrides or [], options)
         folder = out or Path("runs") / f"{loaded.path.stem}_chain"
         results = run_chain(loaded, folder)
-        console.print(unheaded(chain_rows(results.summary)), highlight=False)
+        console.print(Table(chain_rows(results.summary)), highlight=False)
         console.print(f"figure  {draw_chain(folder)}", highlight=False)
         console.print(f"results in {folder}", highlight=False)

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 from softsim.options import (
     Device,
@@ -15,8 +14,8 @@ from softsim.options import (
     Scheduler,
     Workers,
     explained,
-    unheaded,
 )
+from softsim.report.table import Table, cell
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.apps.reach.running import Plan, Search
@@ -85,10 +84,8 @@ def reach(
 
 def _tell_plan(asked: "list[Search]", console: Console) -> None:
     """Print the pipes in which the pull of the robot is measured and the number of trials."""
-    table = Table("pipe", "stored trials", "remaining, at most", box=None)
-    for search in asked:
-        table.add_row(search.pipe.name, str(len(search.trials)), str(search.left))
-    console.print(table)
+    rows = [[search.pipe.name, cell(len(search.trials)), cell(search.left)] for search in asked]
+    console.print(Table(rows, ["pipe", "stored trials", "remaining, at most"]))
 
 
 def _tell_cost(plan: "Plan", asked: "list[Search]", device: str, console: Console) -> None:
@@ -117,12 +114,7 @@ def _tell_answer(folder: Path, console: Console) -> None:
     from softsim.apps.reach.report import pull_rows, read_reach
 
     found = read_reach(folder)
-    table = Table("pipe", "pulling force", "reach in this pipe alone", box=None)
-    for row in pull_rows(found):
-        table.add_row(*row)
-    console.print(table)
+    console.print(Table(pull_rows(found), ["pipe", "pulling force", "reach in this pipe alone"]))
     for way in found["exits"]:
         console.print(way["sentence"], style="bold", highlight=False, soft_wrap=True)
-    console.print(
-        unheaded([("assumption", text) for text in found["assumptions"]]), highlight=False
-    )
+    console.print(Table([("assumption", text) for text in found["assumptions"]]), highlight=False)

@@ -8,7 +8,7 @@ from softsim.apps.calibration.experiments import SpecimenStiffness
 from softsim.apps.calibration.report import (
     calibration_rows,
     draw_calibration,
-    sample_rows,
+    sample_table,
     scene_lines,
 )
 from softsim.apps.calibration.result import Calibration, Stiffnesses, WallCurve, matched
@@ -61,9 +61,9 @@ def test_without_a_frame_there_is_no_stiffness_to_tell(found):
 
 
 def test_the_comparison_has_a_line_a_pressure(found):
-    headings, lines = sample_rows(found)
-    assert all(len(line) == len(headings) for line in lines)
-    last = [float(cell) for cell in lines[-1]]
+    table = sample_table(found)
+    assert all(len(row) == len(table.headings) for row in table.rows)
+    last = [float(cell.text) for cell in table.rows[-1]]
     # p, q matched, q line, N in space, N section (half of it), rows, rows
     assert last == pytest.approx([15.0, 20.0, 20.0, 20.0, 10.0, 2.0, 2.0], rel=5e-3)
 
