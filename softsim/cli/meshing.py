@@ -79,7 +79,7 @@ def mesh(
         from softsim.materials.library import library_material, library_names
         from softsim.mesh.cad import chambers, mesh_solid, with_named_surfaces, write_gmsh
         from softsim.mesh.reading import FORMATS, GEOMETRY, MILLIMETRE, read_mesh
-        from softsim.report.mesh import draw_mesh
+        from softsim.report.snapshots import draw_mesh
 
         kind = _cell_kind(cells)
         length_unit = None if unit is None else _length(f"1 {unit}", f"--unit {unit}")

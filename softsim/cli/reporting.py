@@ -190,8 +190,7 @@ def report_run(folder: Path, console: Console) -> None:
 
 def report_study(folder: Path, console: Console) -> None:
     """Draw all figures and the page of a study's folder."""
-    from softsim.report.study.page import write_study_page
-    from softsim.report.study.plots import draw_study
+    from softsim.report.study.plots import draw_study, write_study_page
 
     with drawing_can_stop(folder):
         for figure in draw_study(folder):

@@ -11,8 +11,7 @@ from rich.console import Console
 from softsim.compute.machine import chosen_device
 from softsim.errors import ClusterError, OutputError, SoftsimError
 from softsim.output.folder import TABLE_TEXT
-from softsim.report.study.boundary import boundaries_in_words
-from softsim.report.study.findings import Findings, best_in_words
+from softsim.report.study.findings import Findings, best_in_words, boundaries_in_words
 from softsim.report.table import Table, cell
 from softsim.study.cases import (
     DONE,

@@ -1,20 +1,45 @@
-"""Snapshots of the body at a few moments, coloured by a field, in the plane and in space."""
+"""Pictures of bodies: snapshots at a few moments, coloured by a field, and meshes with sets."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.figure import Figure
+from matplotlib.colors import to_hex, to_rgb
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.patches import Patch
 
 from softsim.errors import OutputError
+from softsim.mesh.cad import END_NAMES
+from softsim.mesh.mesh import SURFACE, Mesh, boundary_facets, facet_keys, find_rows
 from softsim.output.fields import Frames
-from softsim.report.body import HalfSection, Section, Surface, is_axisymmetric
-from softsim.report.diagram import FIELDS, refuse_missing_field, shared_scale
-from softsim.report.style import PAGE_WIDTH, drawing
+from softsim.report.body import (
+    CAMERA,
+    HalfSection,
+    Section,
+    Surface,
+    draw_faces,
+    is_axisymmetric,
+    lit,
+    visible_side,
+)
+from softsim.report.diagram import FIELDS, MILLI, refuse_missing_field, shared_scale
+from softsim.report.style import (
+    BLUE,
+    GREEN,
+    INK,
+    ORANGE,
+    PAGE_WIDTH,
+    PALE,
+    PURPLE,
+    QUIET,
+    RED,
+    SKY,
+    WALL,
+    drawing,
+)
 
 # -------------------------------------------------------------------------------------------------
 # Moments of a run that are drawn: start, full inflation, onset of motion, end.
@@ -129,23 +154,8 @@ LETTERS_AN_INCH = 14
 """Approximate number of characters of a title per inch."""
 
 
-class Pictures(Protocol):
-    """Interface of pictures of some frames of a run.
-
-    values: of all frames, for the scale. view: xmin, xmax, ymin, ymax [mm], of every picture.
-    """
-
-    values: np.ndarray
-    view: np.ndarray
-
-    def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
-        """Draw one of the frames."""
-
-    def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
-        """Draw directions and lengths at the lowest and the leftmost panels.
-
-        lowest: the lowest panel of each column. leftmost: the leftmost panel of each row.
-        """
+Pictures = Section | Surface
+"""Pictures of some frames of a run."""
 
 
 def pictures(frames: Frames, indices: list[int], field: str) -> Pictures:
@@ -214,23 +224,30 @@ def state(at: float, time: np.ndarray, pressure: np.ndarray | None) -> str:
 
 
 def _draw(body: Pictures, titles: list[tuple[str, str]], label: str, path: Path) -> None:
-    view = body.view
-    grid = arranged(len(titles), view)
-    rows, columns = grid.rows, grid.columns
+    grid = arranged(len(titles), body.view)
     one_line = max(len(name + state) for name, state in titles) + 2 <= LETTERS_AN_INCH * grid.width
     between = ": " if one_line else "\n"
-    height = rows * (grid.height + 0.3) + 0.95
+    height = grid.rows * (grid.height + (0.3 if one_line else 0.45)) + 0.95
     colours, extend = shared_scale(body.values)
-    with drawing(path, height + (0.0 if one_line else 0.15 * rows)) as figure:
-        panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-        for axes in panels.flat[len(titles) :]:
-            axes.set_axis_off()
-        for number, (axes, title) in enumerate(zip(panels.flat, titles, strict=False)):
-            show(axes, body, between.join(title))
+    with drawing(path, height) as figure:
+        panels = panels_for(figure, body, grid, list(map(between.join, titles)))
+        for number, axes in enumerate(panels.flat[: len(titles)]):
             body.draw(axes, number, colours)
-        lowest = [panels[(len(titles) - 1 - c) // columns, c] for c in range(columns)]
-        body.label(lowest, list(panels[:, 0]))
         add_scale(figure, panels, colours, extend, label)
+
+
+def panels_for(
+    part: Figure | SubFigure, body: Pictures, grid: "Arrangement", titles: Sequence[str]
+) -> np.ndarray:
+    """Return axes (rows, columns) for pictures of a body with these titles."""
+    panels = part.subplots(grid.rows, grid.columns, sharex=True, sharey=True, squeeze=False)
+    for axes in panels.flat[len(titles) :]:
+        axes.set_axis_off()
+    for axes, title in zip(panels.flat, titles, strict=False):
+        show(axes, body, title)
+    lowest = [panels[(len(titles) - 1 - c) // grid.columns, c] for c in range(grid.columns)]
+    body.label(lowest, list(panels[:, 0]))
+    return panels
 
 
 def show(axes: Axes, body: Pictures, title: str) -> None:
@@ -276,3 +293,62 @@ def arranged(count: int, view: np.ndarray) -> Arrangement:
     columns = min(range(1, count + 1), key=flaws)
     width = (PAGE_WIDTH - 0.5) / columns - 0.1
     return Arrangement(-(-count // columns), columns, width, float(width * aspect))
+
+
+# -------------------------------------------------------------------------------------------------
+# Picture of a mesh: the whole body, and the body cut open, with its sets in colour.
+
+OF_AXES = {"x": BLUE, "y": GREEN, "z": PURPLE}
+OTHERS = (ORANGE, RED, SKY)
+"""Colours of the ends of each axis, of which the lower one is paler, and of all other sets."""
+
+
+def draw_mesh(mesh: Mesh, path: Path) -> None:
+    """Draw a mesh of a solid as PNG: the body, and its farther half, cut along its longest side.
+
+    Raises OutputError if the file cannot be written.
+    """
+    colours = _colours([name for name in mesh.facet_sets if name != SURFACE])
+    extent = np.ptp(mesh.points, axis=0)
+    towards = np.where(np.arange(3) == np.argmax(extent), 0.0, CAMERA.towards)
+    axis = int(np.argmax(np.abs(towards)))
+    middle = mesh.points[:, axis].min() + 0.5 * extent[axis]
+    centres = mesh.points[mesh.cells].mean(axis=1)[:, axis]
+    farther = mesh.cells[(centres - middle) * towards[axis] < 1e-6 * extent[axis]]
+    flat = CAMERA.project(mesh.points * MILLI)
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    low, high = low - 0.02 * (high - low).max(), high + 0.02 * (high - low).max()
+    aspect = float((high[1] - low[1]) / (high[0] - low[0]))
+    height = min(0.5 * PAGE_WIDTH * aspect, PAGE_WIDTH) + 0.7
+    with drawing(path, height) as figure:
+        panels = figure.subplots(1, 2)
+        titles = "whole", f"cut open at {'xyz'[axis]} = {middle * MILLI:.4g} mm"
+        for axes, cells, title in zip(panels, (mesh.cells, farther), titles, strict=True):
+            facets = boundary_facets(cells, 3)
+            faces = np.array([to_rgb(WALL)] * len(facets))
+            keys = facet_keys(facets)
+            for name, colour in colours.items():
+                found = find_rows(facet_keys(mesh.facet_sets[name]), keys)
+                faces[found[found >= 0]] = to_rgb(colour)
+            shot = visible_side(mesh.points[facets] * MILLI, np.zeros(len(facets)), CAMERA)
+            draw_faces(axes, shot.corners, lit(faces[shot.numbers], shot.light), INK)
+            axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", title=title)
+            axes.set_axis_off()
+        figure.legend(
+            handles=[Patch(color=colour, label=name) for name, colour in colours.items()],
+            loc="outside lower center",
+            ncols=7,
+            labelcolor=QUIET,
+        )
+
+
+def _colours(names: list[str]) -> dict[str, str]:
+    """Return the colour of each set."""
+    colours: dict[str, str] = {}
+    for name in names:
+        if name in END_NAMES:
+            pale = PALE if name.endswith("min") else 0.0
+            red, green, blue = (pale + (1.0 - pale) * c for c in to_rgb(OF_AXES[name[0]]))
+            colours[name] = to_hex((red, green, blue))
+    others = [name for name in names if name not in colours]
+    return colours | {n: OTHERS[k % len(OTHERS)] for k, n in enumerate(others)}

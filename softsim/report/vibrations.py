@@ -11,7 +11,7 @@ from matplotlib.figure import SubFigure
 
 from softsim.output.fields import Frames, SeriesInMemory
 from softsim.report.diagram import MILLI
-from softsim.report.snapshots import Arrangement, Pictures, arranged, pictures, show
+from softsim.report.snapshots import Arrangement, Pictures, arranged, panels_for, pictures
 from softsim.report.style import COLOUR_MAP, COLOURS, INK, QUIET, RED, WALL, drawing
 from softsim.run.equilibrium import MotorResponse
 from softsim.solver.natural_modes import NaturalMode, NaturalModes
@@ -68,19 +68,17 @@ def _draw_body(
     part: SubFigure, found: NaturalModes, body: Pictures, grid: Arrangement, grey: str
 ) -> None:
     part.suptitle(f"body '{found.body.name}' (grey: {grey})", fontsize=9.0)
-    panels = part.subplots(grid.rows, grid.columns, sharex=True, sharey=True, squeeze=False)
-    count = len(found.modes)
-    for axes in panels.flat[count:]:
-        axes.set_axis_off()
     viscoelastic = any(region.material.branches for region in found.body.regions)
+    titles = [
+        f"{number}: {mode.frequency:.4g} Hz"
+        + (f"\ndynamic {mode.dynamic_frequency:.4g} Hz" if viscoelastic else "")
+        for number, mode in enumerate(found.modes, start=1)
+    ]
+    panels = panels_for(part, body, grid, titles)
     for number, (axes, mode) in enumerate(zip(panels.flat, found.modes, strict=False), start=1):
-        stiffened = f"\ndynamic {mode.dynamic_frequency:.4g} Hz" if viscoelastic else ""
-        show(axes, body, f"{number}: {mode.frequency:.4g} Hz{stiffened}")
         body.draw(axes, 0, AT_REST)
         largest = amplitude(found, mode) * MILLI
         body.draw(axes, number, ScalarMappable(Normalize(0.0, largest), COLOUR_MAP))
-    lowest = [panels[(count - 1 - c) // grid.columns, c] for c in range(grid.columns)]
-    body.label(lowest, list(panels[:, 0]))
 
 
 def draw_frequencies(

@@ -474,8 +474,10 @@ class Study:
         OutputError
             The folder holds no study.
         """
-        from softsim.report.study.page import write_study_page
-        from softsim.report.study.plots import draw_study  # imports matplotlib
+        from softsim.report.study.plots import (
+            draw_study,  # imports matplotlib
+            write_study_page,
+        )
 
         folder = Path(out or Path("runs") / self.loaded.path.stem)
         draw_study(folder)

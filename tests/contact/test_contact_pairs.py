@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from softsim.builder import build_model
+from softsim.cli.run_tables import acting
 from softsim.compute import fields
 from softsim.errors import SceneError
-from softsim.output.acting import acting
 from softsim.scene.loading import load_scene
 from softsim.solver.plausibility import are_in_contact
 

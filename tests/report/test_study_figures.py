@@ -26,7 +26,6 @@ from study_folders import (
 from softsim.errors import OutputError
 from softsim.report.diagram import Scale
 from softsim.report.png import WIDE, along_x
-from softsim.report.study.boundary import boundaries_in_words, boundary_maps, boundary_table
 from softsim.report.study.findings import (
     DONE_COUNT,
     FAILED_COUNT,
@@ -34,8 +33,10 @@ from softsim.report.study.findings import (
     AxisScale,
     Findings,
     best_in_words,
+    boundaries_in_words,
+    boundary_maps,
+    boundary_table,
 )
-from softsim.report.study.page import page_context
 from softsim.report.study.plots import (
     BAND,
     best_so_far,
@@ -44,6 +45,7 @@ from softsim.report.study.plots import (
     drawn_plots,
     edges,
     lines,
+    page_context,
     remark,
     remark_on_cells,
 )

@@ -22,8 +22,14 @@ from softsim.output.folder import (
     write_table,
 )
 from softsim.report.study.findings import Findings
-from softsim.report.study.page import level_words, page_context, state_of, write_study_page
-from softsim.report.study.plots import pass_rate_in_words, study_charts
+from softsim.report.study.plots import (
+    level_words,
+    page_context,
+    pass_rate_in_words,
+    state_of,
+    study_charts,
+    write_study_page,
+)
 from softsim.study.axes import Goal, Plot
 
 FASTEST = Goal("speed", "maximize")

@@ -21,8 +21,7 @@ from rich.console import Console
 from softsim.cli.study_tables import print_plan, print_results
 from softsim.errors import ClusterError, Interrupted, OutputError
 from softsim.output.folder import claimed, read_study, read_table
-from softsim.report.study.boundary import boundaries_in_words
-from softsim.report.study.findings import Findings
+from softsim.report.study.findings import Findings, boundaries_in_words
 from softsim.report.study.plots import draw_study
 from softsim.study.cases import DONE, FAILED, WAITING
 from softsim.study.loading import load_study

@@ -14,19 +14,17 @@ import numpy as np
 from rich.console import Console
 
 from softsim.apps.calibration.experiments import Specimen, inflation, push, stiffness
-from softsim.apps.calibration.report import (
-    calibration_rows,
-    draw_calibration,
-    sample_table,
-    scene_lines,
-)
 from softsim.apps.calibration.result import (
     FORCE_SHARE,
     Calibration,
     PressureMapping,
     Stiffnesses,
     WallCurve,
+    calibration_rows,
+    draw_calibration,
     matched,
+    sample_table,
+    scene_lines,
     wall_curve,
 )
 from softsim.errors import CalibrationError, StabilityError

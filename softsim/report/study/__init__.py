@@ -1,4 +1,5 @@
 """Figures and page of a study, from its folder alone.
 
-`findings`, `curve`, `plots` and `boundary` define the content; `figures` and `page` draw it.
+`findings` holds the results and the boundaries of a bisection; `plots` draws them as PNG files and
+in the page.
 """

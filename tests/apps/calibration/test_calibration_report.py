@@ -5,13 +5,16 @@ import pytest
 import yaml
 
 from softsim.apps.calibration.experiments import SpecimenStiffness
-from softsim.apps.calibration.report import (
+from softsim.apps.calibration.result import (
+    Calibration,
+    Stiffnesses,
+    WallCurve,
     calibration_rows,
     draw_calibration,
+    matched,
     sample_table,
     scene_lines,
 )
-from softsim.apps.calibration.result import Calibration, Stiffnesses, WallCurve, matched
 
 
 def curve(highest, touch, slope):

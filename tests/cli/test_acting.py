@@ -1,7 +1,7 @@
 """What acts on the bodies of a scene, in words."""
 
 from softsim.builder import build_model
-from softsim.output.acting import acting, not_read
+from softsim.cli.run_tables import acting, not_read
 from softsim.scene.loading import load_scene
 
 SCENE = """
