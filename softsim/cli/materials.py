@@ -53,7 +53,8 @@ def materials(
     with explained() as console:
         from softsim.materials.library import library_names, silicone_of, silicones
         from softsim.materials.tensile import read_tensile_test
-        from softsim.report.materials import comparison_rows, draw_sources, sources_table
+        from softsim.report.materials import comparison_rows, sources_diagram, sources_table
+        from softsim.report.png import draw
         from softsim.scene.names import close_names
 
         if name is None:
@@ -71,7 +72,7 @@ def materials(
         if compare is not None:
             test = read_tensile_test(compare, strain_column, stress_column, stress_unit, delimiter)
         figure = out or Path(f"{silicone.name}_sources.png")
-        draw_sources(silicone, test, figure)
+        draw(figure, sources_diagram(silicone, test))
         console.print(sources_table(silicone), highlight=False)
         if test is not None:
             console.print(f"stress of {test.title} over that of a source", style="bold")
@@ -119,6 +120,7 @@ def fit_material(
         from softsim.materials.laws import named_law
         from softsim.materials.tensile import read_tensile_test
         from softsim.report import materials as report
+        from softsim.report.png import draw
 
         modes = mode or ["uniaxial"] * len(files)
         for option, given in (("mode", modes), ("weight", weight or files)):
@@ -132,10 +134,11 @@ def fit_material(
         chosen = named_law(law)
         fits = fit_tests(tests, chosen, max_strain, min_strain, terms, weight or None)
         figure = out or Path(f"{files[0].stem}_{law}.png")
-        report.draw_fit(tests, fits, figure)
         if len(tests) == 1:
+            draw(figure, report.fit_diagram(tests[0], fits[0]))
             console.print(Table(report.fit_rows(fits)))
         else:
+            draw(figure, report.fits_diagram(tests, fits))
             names = report.names_of(tests)
             errors = prediction_errors(tests, chosen, max_strain, min_strain, terms)
             console.print(Table(report.fit_rows(fits, names)))
@@ -163,11 +166,12 @@ def spectrum(
     fit is printed.
     """
     with explained() as console:
-        from softsim.report.curves import draw_spectra, spectra_rows
+        from softsim.report.curves import spectra_diagram, spectra_rows
+        from softsim.report.png import draw
 
         spectra = named_spectra(materials, overrides or [])
         figure = out or Path(f"{Path(materials[0]).stem}_spectrum.png")
-        draw_spectra(spectra, figure)
+        draw(figure, spectra_diagram(spectra))
         for drawn in spectra:
             console.print(drawn.name, style="bold", highlight=False)
             console.print(Table(spectra_rows(drawn)))

@@ -4,7 +4,6 @@ import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle
-from pathlib import Path
 
 import numpy as np
 
@@ -17,8 +16,17 @@ from softsim.analysis.travel import (
     travels,
 )
 from softsim.materials.maxwell import MaxwellFit, MaxwellSeries
-from softsim.report.diagram import FLAT, MILLI, POINTS, Diagram, Panel, PlotAxis, PlotSeries, Scale
-from softsim.report.png import draw, thinned
+from softsim.report.diagram import (
+    FLAT,
+    MILLI,
+    POINTS,
+    Diagram,
+    Panel,
+    PlotAxis,
+    PlotSeries,
+    Scale,
+    thinned,
+)
 from softsim.report.style import BLUE, COLOURS, GREEN, INK, ORANGE, PURPLE, RED, SKY
 from softsim.scene.quantities import CHAMBER_PRESSURE, ROW_FORCE, SIDE_FORCE, is_probe
 from softsim.units import format_quantity
@@ -70,15 +78,6 @@ def energies_drawn(history: History) -> dict[str, tuple[str, str, str]]:
     return {column: ENERGIES[column] for column, size in largest.items() if size > limit}
 
 
-def contacts_drawn(history: History) -> dict[str, tuple[str, str]]:
-    """Return the columns of wall contact that are not zero: column -> label, colour."""
-    return {
-        column: style
-        for column, style in CONTACTS.items()
-        if has(history, column) and np.nanmax(history[column]) > 0.0
-    }
-
-
 def time_label(history: History) -> str:
     """Return the title of the time axis; in a static run it includes the settling after loading."""
     static = "unbalanced_share" in history
@@ -111,6 +110,9 @@ UNSEEN = 1e-3
 
 COMPARABLE = 0.6
 """Range of a component of a probe over that of its largest from which both are inflation curves."""
+
+PATH_BINS = 400
+"""Number of bins of a vibrating pressure that is drawn over a probe."""
 
 LINES = {"": "-", "x": "-", "y": "--", "z": ":"}
 
@@ -176,9 +178,9 @@ def inflation_curves(
     if "unstable_modes" in history:
         is_unstable = history["unstable_modes"] > 0.0
         return [part for c in shown for part in branches(c, air / 1e3, is_unstable)]
-    pressure = thinned(history["time"], air / 1e3).mean
+    _, pressure, _ = thinned(history["time"], air / 1e3, PATH_BINS)
     return [
-        PlotSeries(c.name, thinned(c.x, c.y).mean, pressure, c.colour, c.kind)
+        PlotSeries(c.name, thinned(c.x, c.y, PATH_BINS)[1], pressure, c.colour, c.kind)
         for c in shown
         if _range(c.y) > 0.0
     ]
@@ -286,10 +288,11 @@ def motion(history: History) -> Iterator[Panel]:
 
 def contact(history: History) -> Iterator[Panel]:
     """Yield panels of the rows of spikes in contact and of the contact force."""
-    for column, (label, colour) in contacts_drawn(history).items():
-        line = PlotSeries(label, history["time"], history[column], colour)
-        scale = Scale(label, whole=column == "rows_in_contact", from_zero=True)
-        yield Panel(PlotAxis(scale, [line]))
+    for column, (label, colour) in CONTACTS.items():
+        if has(history, column) and np.nanmax(history[column]) > 0.0:
+            line = PlotSeries(label, history["time"], history[column], colour)
+            scale = Scale(label, whole=column == "rows_in_contact", from_zero=True)
+            yield Panel(PlotAxis(scale, [line]))
 
 
 def last_fall(pressure: np.ndarray) -> slice:
@@ -313,7 +316,7 @@ def deflation(history: History) -> dict[str, Diagram]:
         return {}
 
     def smooth(values: np.ndarray) -> np.ndarray:
-        return thinned(time, values[fall], SAMPLES_OF_A_FALL).mean
+        return thinned(time, values[fall], SAMPLES_OF_A_FALL)[1]
 
     kilo = smooth(history["pressure"]) / 1e3
     panels = []
@@ -430,11 +433,6 @@ class DrawnSpectrum:
             return self.fit.spectrum.band
         turning = 1.0 / (2.0 * np.pi * self.series.relaxation_times)
         return float(turning.min()), float(turning.max())
-
-
-def draw_spectra(materials: Sequence[DrawnSpectrum], path: Path) -> None:
-    """Draw `spectra_diagram` as PNG. Raises OutputError if the file cannot be written."""
-    draw(path, spectra_diagram(materials))
 
 
 def spectra_diagram(materials: Sequence[DrawnSpectrum]) -> Diagram:

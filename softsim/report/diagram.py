@@ -1,7 +1,7 @@
 """Content of a diagram, independent of its output: `png.py` or `page/charts.py` draws it."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from matplotlib import colormaps
@@ -75,6 +75,38 @@ def shortened(label: str) -> str:
     return label if len(label) <= LONGEST_LABEL else label[: LONGEST_LABEL - 1] + "…"
 
 
+NEIGHBOURS = np.array([1.0, 2.0, 1.0])
+"""Weights of a bin and its neighbours in its mean.
+
+A bin does not hold whole periods of a vibration; without this smoothing the remainder would appear
+as ripples that the signal does not have.
+"""
+
+
+def thinned(
+    time: np.ndarray, values: np.ndarray, bins: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Return time, mean, and lowest and highest values (2, bins) in bins of equally many rows.
+
+    Signals (rows,) of up to twice as many rows are returned unchanged, without a band. Samples that
+    are not finite are omitted; a bin without finite samples is NaN, a gap in the line.
+    """
+    rows = len(time)
+    if rows <= 2 * bins:
+        return time, values, None
+    starts = np.linspace(0, rows, bins, endpoint=False).astype(int)
+    finite = np.isfinite(values)
+    count = np.add.reduceat(finite.astype(float), starts)
+    total = np.add.reduceat(np.where(finite, values, 0.0), starts)
+    low = np.minimum.reduceat(np.where(finite, values, np.inf), starts)
+    high = np.maximum.reduceat(np.where(finite, values, -np.inf), starts)
+    # "same" of two short arrays would have the length of the longer one, whichever that is.
+    weight = np.convolve(count, NEIGHBOURS)[1:-1]
+    mean = np.convolve(total, NEIGHBOURS)[1:-1] / np.where(count == 0, 1.0, weight)
+    low, mean, high = np.where(count == 0, np.nan, [low, mean, high])
+    return np.add.reduceat(time, starts) / np.diff([*starts, rows]), mean, np.stack([low, high])
+
+
 @dataclass(frozen=True)
 class PlotSeries:
     """Points x and y (n,), joined by a line "-", "--" or ":", by STEPS, or drawn as single POINTS.
@@ -99,6 +131,13 @@ class PlotSeries:
     def has_markers(self) -> bool:
         """True if each point of a line is marked: the points are cases, and there are few."""
         return self.kind != STEPS and 0 < len(self.cases) <= MOST_MARKERS
+
+    def thinned(self, bins: int) -> "PlotSeries":
+        """Return the line of at most twice as many points as bins, with a band if it vibrates."""
+        if self.band is not None or self.kind == STEPS:
+            return self
+        x, y, band = thinned(self.x, self.y, bins)
+        return replace(self, x=x, y=y, band=band)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ import json
 import re
 from collections.abc import Sequence
 from itertools import cycle
-from pathlib import Path
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from softsim.materials.laws import UNIAXIAL, Law
 from softsim.materials.library import Silicone, SiliconeSource
 from softsim.materials.tensile import TensileTest
 from softsim.report.diagram import FLAT, POINTS, TALL, Diagram, Panel, PlotAxis, PlotSeries, Scale
-from softsim.report.png import draw
 from softsim.report.style import BLUE, COLOURS, INK, ORANGE, QUIET, RED
 from softsim.report.table import Cell, Table, cell
 
@@ -72,11 +70,6 @@ def _strains(source: SiliconeSource) -> str:
         low, high = (100.0 * strain for strain in source.spec.strains)
         return f"{low:.3g} to {high:.3g} %"
     return "not stated" if source.strain_range is None else f"to {100 * source.strain_range:.3g} %"
-
-
-def draw_sources(silicone: Silicone, test: TensileTest | None, path: Path) -> None:
-    """Draw `sources_diagram` as PNG. Raises OutputError if the file cannot be written."""
-    draw(path, sources_diagram(silicone, test))
 
 
 def sources_diagram(silicone: Silicone, test: TensileTest | None = None) -> Diagram:
@@ -167,15 +160,6 @@ ASSUMED_DENSITY = 1070
 """Density of a silicone [kg/m^3] according to the data sheets of Dragon Skin 10 and Ecoflex."""
 
 
-def draw_fit(tests: Sequence[TensileTest], fits: Sequence[Fit], path: Path) -> None:
-    """Draw the diagram of one or several tests with one law fitted to them as PNG.
-
-    Raises OutputError if the file cannot be written.
-    """
-    several = len(tests) > 1
-    draw(path, fits_diagram(tests, fits) if several else fit_diagram(tests[0], fits[0]))
-
-
 def fits_diagram(tests: Sequence[TensileTest], fits: Sequence[Fit]) -> Diagram:
     """Return the diagram of a law fitted to several tests, each with a colour of its own.
 
@@ -196,12 +180,7 @@ def fits_diagram(tests: Sequence[TensileTest], fits: Sequence[Fit]) -> Diagram:
             PlotSeries("", 100.0 * x, fitted, colour),
         ]
         errors.append(PlotSeries("", 100.0 * strain, 100.0 * error, colour))
-    panels = [
-        Panel(PlotAxis(Scale(f"engineering stress [{unit}]"), curves), height=TALL),
-        Panel(PlotAxis(Scale("relative error [%]", from_zero=True), errors), height=FLAT),
-    ]
-    remark = f"{len(tests)} tests, {_constants(fits[0])}"
-    return Diagram("Fit", Scale("engineering strain [%]"), panels, remark)
+    return _fit(curves, errors, unit, f"{len(tests)} tests, {_constants(fits[0])}")
 
 
 def names_of(tests: Sequence[TensileTest]) -> list[str]:
@@ -238,12 +217,15 @@ def fit_diagram(test: TensileTest, fit: Fit) -> Diagram:
         PlotSeries("fit, extrapolated", 100.0 * x, factor * law, BLUE, "--"),
     ]  # fmt: skip
     errors = [PlotSeries("relative error", 100.0 * strain[inside], 100.0 * error, RED)]
+    return _fit(curves, errors, unit, f"{test.title}: {_constants(fit)}")
+
+
+def _fit(curves: list[PlotSeries], errors: list[PlotSeries], unit: str, remark: str) -> Diagram:
     panels = [
         Panel(PlotAxis(Scale(f"engineering stress [{unit}]"), curves), height=TALL),
         Panel(PlotAxis(Scale("relative error [%]", from_zero=True), errors), height=FLAT),
     ]
-    said = f"{test.title}: {_constants(fit)}"
-    return Diagram("Fit", Scale("engineering strain [%]"), panels, said)
+    return Diagram("Fit", Scale("engineering strain [%]"), panels, remark)
 
 
 def _constants(fit: Fit) -> str:

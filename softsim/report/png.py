@@ -1,7 +1,6 @@
 """Output of diagrams as PNG."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -29,56 +28,8 @@ from softsim.report.diagram import (
 )
 from softsim.report.style import INK, QUIET, RED, SKY, drawing
 
-# -------------------------------------------------------------------------------------------------
-# Thinning of vibrating signals: many samples become a mean line and the band around it.
-
 BINS = 400
-"""Default number of bins, about the number of columns that a figure resolves."""
-
-NEIGHBOURS = np.array([1.0, 2.0, 1.0])
-"""Weights of a bin and its neighbours in its mean.
-
-A bin does not hold whole periods of a vibration; without this smoothing the remainder would appear
-as ripples that the signal does not have.
-"""
-
-
-@dataclass(frozen=True)
-class Band:
-    """Signal in time bins: mean time, lowest, mean and highest value of each, (bins,)."""
-
-    time: np.ndarray
-    low: np.ndarray
-    mean: np.ndarray
-    high: np.ndarray
-
-
-def thinned(time: np.ndarray, values: np.ndarray, bins: int = BINS) -> Band:
-    """Return the band of `values` (rows,) in at most `bins` bins of equally many rows.
-
-    Signals of up to twice as many rows are returned unchanged. Samples that are not finite are
-    omitted; a bin without finite samples is NaN, a gap in the line.
-    """
-    rows = len(time)
-    if rows <= 2 * bins:
-        return Band(time, values, values, values)
-    starts = np.linspace(0, rows, bins, endpoint=False).astype(int)
-    finite = np.isfinite(values)
-    count = np.add.reduceat(finite.astype(float), starts)
-    total = np.add.reduceat(np.where(finite, values, 0.0), starts)
-    empty = count == 0
-    low = np.minimum.reduceat(np.where(finite, values, np.inf), starts)
-    high = np.maximum.reduceat(np.where(finite, values, -np.inf), starts)
-    # "same" of two short arrays would have the length of the longer one, whichever that is.
-    weight = np.convolve(count, NEIGHBOURS)[1:-1]
-    mean = np.convolve(total, NEIGHBOURS)[1:-1] / np.where(empty, 1.0, weight)
-    return Band(
-        time=np.add.reduceat(time, starts) / np.diff([*starts, rows]),
-        low=np.where(empty, np.nan, low),
-        mean=np.where(empty, np.nan, mean),
-        high=np.where(empty, np.nan, high),
-    )
-
+"""Number of bins of a vibrating signal, about the number of columns that a figure resolves."""
 
 PANEL_HEIGHT, SIDE_BY_SIDE = 2.1, 2.3
 """Heights of an ordinary stacked panel and of one of several side by side [inch]."""
@@ -197,18 +148,15 @@ def draw_series(
     axes: Axes, series: PlotSeries, colours: tuple[Scale, np.ndarray] | None = None
 ) -> None:
     """Draw points of a size that suits their number, or a line in its band."""
-    x, y, band = series.x, series.y, series.band
     if series.kind == POINTS:
         draw_points(axes, series, colours)
         return
-    if band is None and series.kind != STEPS:
-        means = thinned(x, y)
-        x, y, band = means.time, means.mean, np.stack([means.low, means.high])
-    if band is not None:
-        axes.fill_between(x, *band, color=series.colour, alpha=0.25, linewidth=0)
+    series = series.thinned(BINS)
+    if series.band is not None:
+        axes.fill_between(series.x, *series.band, color=series.colour, alpha=0.25, linewidth=0)
     axes.plot(
-        x, y, "-" if series.kind == STEPS else series.kind, color=series.colour, label=series.name,
-        marker="o" if series.has_markers else "", markersize=3.5,
+        series.x, series.y, "-" if series.kind == STEPS else series.kind, color=series.colour,
+        label=series.name, marker="o" if series.has_markers else "", markersize=3.5,
         drawstyle="steps-post" if series.kind == STEPS else "default",
     )  # fmt: skip
 

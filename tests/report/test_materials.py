@@ -9,7 +9,8 @@ from softsim.errors import OutputError
 from softsim.materials.fitting import Fit, fit_law
 from softsim.materials.laws import UNIAXIAL, Yeoh
 from softsim.materials.tensile import TensileTest
-from softsim.report.materials import draw_fit, fit_rows, scene_snippet
+from softsim.report.materials import fit_diagram, fit_rows, scene_snippet
+from softsim.report.png import draw
 from softsim.scene.materials import YeohMaterial
 
 LAW = Yeoh(21.6e3, 3.03e3, -0.111e3)
@@ -29,7 +30,7 @@ def lists(pair):
 
 
 def test_a_figure_is_drawn(test_and_fit, tmp_path):
-    draw_fit(*lists(test_and_fit), tmp_path / "fit.png")
+    draw(tmp_path / "fit.png", fit_diagram(*test_and_fit))
     picture = imread(tmp_path / "fit.png")
     assert picture.shape[1] > 1400
     assert picture[..., :3].std() > 0.02
@@ -38,13 +39,13 @@ def test_a_figure_is_drawn(test_and_fit, tmp_path):
 def test_a_fit_of_the_whole_curve_has_nothing_beyond(tmp_path):
     strain = np.linspace(0.0, 1.0, 40)
     test = TensileTest(strain, UNIAXIAL.nominal_stress(Yeoh(1e6), 1.0 + strain), "stiff")
-    draw_fit([test], [fit_law(test, Yeoh, 1.0)], tmp_path / "fit.png")
+    draw(tmp_path / "fit.png", fit_diagram(test, fit_law(test, Yeoh, 1.0)))
     assert (tmp_path / "fit.png").stat().st_size > 5000
 
 
 def test_a_folder_that_is_not_there(test_and_fit, tmp_path):
     with pytest.raises(OutputError):
-        draw_fit(*lists(test_and_fit), tmp_path / "none" / "fit.png")
+        draw(tmp_path / "none" / "fit.png", fit_diagram(*test_and_fit))
 
 
 def test_the_rows_say_constants_and_instability(test_and_fit):

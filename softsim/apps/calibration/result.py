@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,6 @@ from scipy.optimize import nnls
 from softsim.apps.calibration.experiments import SpecimenStiffness
 from softsim.errors import CalibrationError
 from softsim.report.diagram import FLAT, STEPS, Diagram, Panel, PlotAxis, PlotSeries, Scale
-from softsim.report.png import draw
 from softsim.report.style import BLUE, INK, ORANGE
 from softsim.report.table import Table, cell
 
@@ -274,11 +272,6 @@ class Calibration:
 
 # -------------------------------------------------------------------------------------------------
 # Report of a calibration: curves, numbers, and the lines for the scene.
-
-
-def draw_calibration(found: Calibration, path: Path) -> None:
-    """Draw `calibration_diagram` as PNG. Raises OutputError if the file cannot be written."""
-    draw(path, calibration_diagram(found))
 
 
 def calibration_diagram(found: Calibration) -> Diagram:

@@ -20,8 +20,8 @@ from softsim.apps.calibration.result import (
     PressureMapping,
     Stiffnesses,
     WallCurve,
+    calibration_diagram,
     calibration_rows,
-    draw_calibration,
     matched,
     sample_table,
     scene_lines,
@@ -31,6 +31,7 @@ from softsim.errors import CalibrationError, StabilityError
 from softsim.output.folder import HISTORY, RunFolder
 from softsim.output.history import read_history
 from softsim.report.figures import draw_all, duration
+from softsim.report.png import draw
 from softsim.report.table import Table
 from softsim.run import run
 from softsim.scene.loading import LoadedScene
@@ -222,7 +223,7 @@ def _with_stiffness(found: Calibration, stiffnesses: tuple[Stiffnesses, ...]) ->
 def _tell(found: Calibration, section: Specimen, out: Path, console: Console) -> None:
     """Write and draw the calibration; print its numbers, comparison, figure and scene lines."""
     RunFolder(out).write_json_atomic(CALIBRATION, found.as_json())
-    draw_calibration(found, out / FIGURE)
+    draw(out / FIGURE, calibration_diagram(found))
     console.print(Table(calibration_rows(found)))
     console.print(sample_table(found))
     for remark in found.remarks:

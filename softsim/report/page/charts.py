@@ -26,7 +26,6 @@ from softsim.report.diagram import (
     colour_scale,
     colours_of,
 )
-from softsim.report.png import thinned
 from softsim.report.style import GRID, INK, QUIET, RED, SKY
 
 Trace = dict[str, Any]
@@ -185,24 +184,21 @@ def series_traces(series: PlotSeries, axis: str, panel: Panel) -> Iterator[Trace
             marker |= {"color": shown, "coloraxis": "coloraxis"}
         yield at_cases(series) | named | {"marker": marker, "yaxis": axis}
         return
-    x, y, band = series.x, series.y, series.band
-    if band is None and series.kind != STEPS:
-        means = thinned(x, y, BINS)
-        x, y = means.time, means.mean
-        band = None if means.low is means.mean else np.stack([means.low, means.high])
-    if band is not None:
-        yield from band_traces(x, band, series, axis)
+    series = series.thinned(BINS)
+    if series.band is not None:
+        yield from band_traces(series, series.band, axis)
     look = {"color": series.colour, "dash": DASHES[series.kind], "width": 1.6}
     shape = {"shape": "hv" if series.kind == STEPS else "linear"}
     mode = {"mode": "lines+markers" if series.has_markers else "lines"}
-    trace = at_cases(series) if len(series.cases) else {"x": rounded(x), "y": rounded(y)}
+    places = {"x": rounded(series.x), "y": rounded(series.y)}
+    trace = at_cases(series) if len(series.cases) else places
     group = {"legendgroup": series.name} if series.name else {}
     yield trace | named | mode | group | {"marker": marker, "line": look | shape, "yaxis": axis}
 
 
-def band_traces(x: np.ndarray, band: np.ndarray, series: PlotSeries, axis: str) -> Iterator[Trace]:
-    """Yield the finite parts of a band (2, n) as areas."""
-    lowest, highest = band
+def band_traces(series: PlotSeries, band: np.ndarray, axis: str) -> Iterator[Trace]:
+    """Yield the finite parts of the band (2, n) of a series as areas."""
+    x, (lowest, highest) = series.x, band
     for part in np.ma.clump_unmasked(np.ma.masked_invalid(lowest)):
         yield {
             "x": rounded(np.append(x[part], x[part][::-1])), "yaxis": axis,

@@ -9,12 +9,13 @@ from softsim.apps.calibration.result import (
     Calibration,
     Stiffnesses,
     WallCurve,
+    calibration_diagram,
     calibration_rows,
-    draw_calibration,
     matched,
     sample_table,
     scene_lines,
 )
+from softsim.report.png import draw
 
 
 def curve(highest, touch, slope):
@@ -72,5 +73,5 @@ def test_the_comparison_has_a_line_a_pressure(found):
 
 
 def test_the_figure(found, tmp_path):
-    draw_calibration(found, tmp_path / "calibration.png")
+    draw(tmp_path / "calibration.png", calibration_diagram(found))
     assert (tmp_path / "calibration.png").stat().st_size > 20_000
