@@ -29,17 +29,18 @@ from softsim.report.body import (
     lines_at,
     mirrored,
     outlines_at,
+    places_at,
     rigid_faces_at,
     rim,
     seen_walls,
+    skin_of,
 )
-from softsim.report.diagram import FIELDS, MILLI, places_at, shades, shared_scale, shown_values
+from softsim.report.diagram import FIELDS, MILLI, shades, shared_scale
 from softsim.report.page.robot import (
     NO_VALUE,
     SEE_THROUGH,
     SHADES,
     plane_picture,
-    skin_of,
     triangles,
     walls_move,
 )
@@ -656,7 +657,7 @@ class LivePicture:
 
     def _draw_bodies(self, frames: Frames, field: str) -> None:
         corners = places_at(frames, 0)[self.skin.faces]
-        values = shown_values(frames, [0], field, self.skin.faces, self.skin.owners)[0]
+        values = self.skin.values(frames, [0], field)[0]
         low, high = self._widened(values, field)
         colours = (*shades(SHADES), NO_VALUE)
         with np.errstate(invalid="ignore"):

@@ -11,7 +11,6 @@ from matplotlib.patches import Polygon
 
 from softsim.analysis.travel import History
 from softsim.errors import OutputError
-from softsim.mesh.mesh import boundary_facets
 from softsim.output.fields import Frames
 from softsim.report.body import (
     LINES,
@@ -22,6 +21,8 @@ from softsim.report.body import (
     draw_solid,
     lines_at,
     outlines_at,
+    places_at,
+    skin_of,
 )
 from softsim.report.curves import pressurised, time_label
 from softsim.report.diagram import (
@@ -34,7 +35,6 @@ from softsim.report.diagram import (
     PlotSeries,
     Scale,
     Stripe,
-    places_at,
 )
 from softsim.report.png import PANEL_HEIGHT, draw_panels
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, PAGE_WIDTH, QUIET, RED, SKY, drawing
@@ -177,17 +177,14 @@ def draw_pipe(axes: Axes, pipe: Pipe, joints: Sequence[float]) -> None:
 
 def draw_robot(axes: Axes, pipe: Pipe, frames: Frames, robot: RobotSnapshot) -> None:
     """Draw the deformed mesh, the outlines of rigid bodies and the label outside the wall."""
-    d = frames.points.shape[1]
     x, look = pipe.project(places_at(frames, robot.frame)), LINES["cables"]
     cables = [pipe.project(line) for line in lines_at(frames, robot.frame)["cables"]]
     draw_lines(axes, cables, look.colour, look.width, zorder=1.9)
-    faces = frames.cells
-    if d == 2:
+    skin = skin_of(frames)
+    if frames.points.shape[1] == 2:
         draw_outlines(axes, outlines_at(frames, robot.frame))
-        draw_lines(axes, x[boundary_facets(faces, 2)], INK)
-    else:
-        faces = boundary_facets(faces, 3)
-    draw_faces(axes, x[faces], robot.colour, robot.colour, width=0.3, zorder=3.0)
+    draw_lines(axes, x[skin.rim], INK)
+    draw_faces(axes, x[skin.faces], robot.colour, robot.colour, width=0.3, zorder=3.0)
     write_beside(axes, pipe, robot.place, pipe.outer_side(robot.place), robot.label, INK)
 
 

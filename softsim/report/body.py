@@ -1,6 +1,6 @@
 """Pictures of bodies, walls and lines in the plane and in space, from the frames of a run."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,9 +13,16 @@ from matplotlib.patches import Polygon
 from matplotlib.transforms import ScaledTranslation, Transform
 from scipy.spatial.transform import Rotation
 
-from softsim.mesh.mesh import boundary_facets, cell_facets, facet_owners, find_rows, with_corners
+from softsim.mesh.mesh import (
+    boundary_facets,
+    cell_facets,
+    facet_owners,
+    find_rows,
+    simplex_facets,
+    with_corners,
+)
 from softsim.output.fields import Frames
-from softsim.report.diagram import MILLI, places_at, shown_values
+from softsim.report.diagram import FIELDS, MILLI
 from softsim.report.style import (
     AZIMUTH,
     ELEVATION,
@@ -31,7 +38,7 @@ from softsim.report.style import (
 )
 
 # -------------------------------------------------------------------------------------------------
-# Lines and rigid bodies of a frame: one extraction for figures, pages and the live view.
+# Meshes, lines and rigid bodies of a frame: one extraction for figures, pages and the live view.
 
 
 @dataclass(frozen=True)
@@ -54,6 +61,57 @@ LINES = {
 
 Lines = Mapping[str, Sequence[np.ndarray]]
 """Lines (k, d) [mm] of a frame by kind."""
+
+
+@dataclass(frozen=True)
+class Skin:
+    """Drawn part of a mesh.
+
+    faces (m, 3|4): cells in the plane, the surface in space; owners: the cell of each; rim (e, 2):
+    edges of the boundary, none in space.
+    """
+
+    faces: np.ndarray
+    owners: np.ndarray
+    rim: np.ndarray
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """Nodes in use (n,), in increasing order."""
+        return np.unique(self.faces)
+
+    def in_triangles(self) -> "Skin":
+        """Return the surface with its quadrilaterals divided into triangles."""
+        faces, numbers = simplex_facets(self.faces)
+        return Skin(faces, self.owners[numbers], self.rim)
+
+    def values(self, frames: Frames, indices: Iterable[int], field: str) -> np.ndarray:
+        """Return a field on each face in some frames (f, m), in the unit of its label.
+
+        The magnitude of a vector is returned. Point data is averaged over the nodes of a face.
+        """
+        of_cells = field in frames.cell_data
+        data = frames.cell_data if of_cells else frames.point_data
+        values = np.array(data[field].at(indices))
+        if values.ndim == 3:
+            values = np.linalg.norm(values, axis=2)
+        values = values[:, self.owners] if of_cells else values[:, self.faces].mean(axis=2)
+        return values * FIELDS[field].factor
+
+
+def skin_of(frames: Frames) -> Skin:
+    """Return the drawn part of the mesh of a run."""
+    facets = boundary_facets(frames.cells, frames.points.shape[1])
+    if frames.points.shape[1] == 2:
+        return Skin(frames.cells, np.arange(len(frames.cells)), facets)
+    return Skin(facets, facet_owners(facets, frames.cells), np.zeros((0, 2), dtype=int))
+
+
+def places_at(frames: Frames, index: int) -> np.ndarray:
+    """Return the positions (n, d) [mm] of the nodes in a frame."""
+    d = frames.points.shape[1]
+    return (frames.points + frames.point_data["displacement"][index][:, :d]) * MILLI
+
 
 ARM = 0.08
 """Arm length of the cross at a rigid body's centre, as a fraction of the size of the mesh."""
@@ -268,13 +326,11 @@ class Section:
     labels = ("x [mm]", "y [mm]")
 
     def __init__(self, frames: Frames, indices: list[int], field: str) -> None:
-        boundary = boundary_facets(frames.cells, 2)
-        values = shown_values(frames, indices, field, frames.cells, slice(None))
+        skin = skin_of(frames)
+        values = skin.values(frames, indices, field)
         places = [places_at(frames, index) for index in indices]
         self.shots = [
-            SectionShot(
-                x[frames.cells], v, outlines_at(frames, k), x[boundary], lines_at(frames, k)
-            )
+            SectionShot(x[skin.faces], v, outlines_at(frames, k), x[skin.rim], lines_at(frames, k))
             for k, x, v in zip(indices, places, values, strict=True)
         ]
         # In each of the frames, for walls may move.
@@ -591,16 +647,15 @@ class Surface:
 
     def __init__(self, frames: Frames, indices: list[int], field: str) -> None:
         self.camera = CAMERA
-        facets = boundary_facets(frames.cells, 3)
-        owners = facet_owners(facets, frames.cells)
-        corners = [places_at(frames, index)[facets] for index in indices]
-        values = shown_values(frames, indices, field, facets, owners)
+        skin = skin_of(frames)
+        corners = [places_at(frames, index)[skin.faces] for index in indices]
+        values = skin.values(frames, indices, field)
         self.values = np.concatenate(values)
-        self.face_count = len(facets)  # those of rigid bodies come after them
+        self.face_count = len(skin.faces)  # those of rigid bodies come after them
         self.shots = []
         for number, index in enumerate(indices):
             vertices, faces = rigid_faces_at(frames, index)
-            rigid = vertices[with_corners(faces, 2, facets.shape[1])]
+            rigid = vertices[with_corners(faces, 2, skin.faces.shape[1])]
             corners[number] = np.concatenate([corners[number], rigid])
             shown = np.append(values[number], np.full(len(rigid), np.nan))
             self.shots.append(visible_side(corners[number], shown, self.camera))

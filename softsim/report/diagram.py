@@ -1,6 +1,6 @@
 """Content of a diagram, independent of its output: `png.py` or `page/charts.py` draws it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -301,32 +301,6 @@ def refuse_missing_field(frames: Frames, field: str) -> None:
             f"cannot colour the snapshots by {field!r}",
             hint=f"available fields: {', '.join(there)}",
         )
-
-
-def shown_values(
-    frames: Frames,
-    indices: Iterable[int],
-    field: str,
-    faces: np.ndarray,
-    owners: np.ndarray | slice,
-) -> np.ndarray:
-    """Return the field on each face in some frames (f, k), in the unit of its label.
-
-    The magnitude of a vector is returned. faces: (k, 2 to 4) nodes, over which point data is
-    averaged. owners: the cell of each face.
-    """
-    of_cells = field in frames.cell_data
-    values = np.array((frames.cell_data if of_cells else frames.point_data)[field].at(indices))
-    if values.ndim == 3:
-        values = np.linalg.norm(values, axis=2)
-    values = values[:, owners] if of_cells else values[:, faces].mean(axis=2)
-    return values * FIELDS[field].factor
-
-
-def places_at(frames: Frames, index: int) -> np.ndarray:
-    """Return the positions (n, d) [mm] of the nodes in a frame."""
-    d = frames.points.shape[1]
-    return (frames.points + frames.point_data["displacement"][index][:, :d]) * MILLI
 
 
 def shared_scale(values: np.ndarray) -> tuple[ScalarMappable, str]:

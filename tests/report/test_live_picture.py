@@ -16,7 +16,8 @@ from selenium.webdriver.support.wait import WebDriverWait
 from softsim.live import SIZE, LivePicture, legend, opened_server, view
 from softsim.output.fields import Frames, SeriesInMemory, read_frames
 from softsim.output.folder import RESULTS
-from softsim.report.diagram import MILLI, places_at, shades
+from softsim.report.body import places_at
+from softsim.report.diagram import MILLI, shades
 from softsim.report.page.robot import SHADES
 
 PRESSED = {

@@ -21,6 +21,7 @@ from softsim.output.folder import (
     read_table,
     write_table,
 )
+from softsim.report.figures import Line
 from softsim.report.study.findings import Findings
 from softsim.report.study.plots import (
     level_words,
@@ -96,9 +97,9 @@ def test_what_the_page_tells(tmp_path):
     write_made_up(tmp_path, [RATE, FRICTION, PIPE], rows, goal=FASTEST)
     context = page_context(Findings.read(tmp_path), tmp_path)
     failed = [number for number, row in enumerate(rows, start=1) if row["status"] == "failed"]
-    ((reason, count, named),) = context["reasons"]
-    assert (reason, count) == ("an element is inverted", len(failed))
-    assert named.startswith(f"{failed[0]}, {failed[1]}, ")
+    ((reason, count, named),) = context["reasons"].cells
+    assert (reason.text, count.value) == ("an element is inverted", len(failed))
+    assert named.text.startswith(f"{failed[0]}, {failed[1]}, ")
     best = max(
         (number for number, row in enumerate(rows, start=1) if row["status"] == "done"),
         key=lambda number: speed(**{k: rows[number - 1][k] for k in ("rate", "friction", "pipe")}),
@@ -108,7 +109,7 @@ def test_what_the_page_tells(tmp_path):
     assert columns["friction"] == [row["friction"] for row in rows]
     encoded = context["download"].removeprefix("data:text/csv;base64,")
     assert b64decode(encoded) == (tmp_path / TABLE_TEXT).read_bytes()
-    assert ("scene", "pfr_36mm.yaml") in context["settings"]
+    assert Line("scene", "pfr_36mm.yaml") in context["settings"]
     assert [chart.title.split(" over ")[0] for chart in context["charts"]] == [
         *["mean speed [mm/s]"] * 4,
         "all factors, one line per case, coloured by speed; drag along an axis to select",

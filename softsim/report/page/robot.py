@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from softsim.errors import OutputError
-from softsim.mesh.mesh import boundary_facets, facet_owners, simplex_facets
 from softsim.output.fields import Frames
 from softsim.report.body import (
     CAMERA,
@@ -23,19 +22,19 @@ from softsim.report.body import (
     is_axisymmetric,
     lines_at,
     outlines_at,
+    places_at,
     rigid_faces_at,
     rim,
     seen_walls,
+    skin_of,
 )
 from softsim.report.diagram import (
     FIELDS,
     MILLI,
     colour_scale,
-    places_at,
     refuse_missing_field,
     shades,
     shared_scale,
-    shown_values,
 )
 from softsim.report.page.charts import BAR, Chart
 from softsim.report.snapshots import pictures
@@ -289,20 +288,6 @@ ASPECTS = {2: (0.7, 16 / 9), 3: (1.0, 4 / 3)}
 """Smallest and largest ratio of width to height of the picture, in the plane and in space."""
 
 
-@dataclass(frozen=True)
-class Skin:
-    """Drawn part of a mesh.
-
-    faces (m, 3|4), the cell of each as owners, and edges of the boundary (e, 2); in space only
-    the surface, in triangles, without edges. nodes (n,): the nodes in use, in increasing order.
-    """
-
-    nodes: np.ndarray
-    faces: np.ndarray
-    owners: np.ndarray | slice
-    rim: np.ndarray
-
-
 def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str, Any]:
     """Return the frames coloured by `field`, in the format of player.js; lengths in mm, times in s.
 
@@ -319,7 +304,8 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
     OutputError for a field that the frames do not have, or if no node has a finite position.
     """
     refuse_missing_field(frames, field)
-    d, mirrored, skin = frames.points.shape[1], is_axisymmetric(frames), skin_of(frames)
+    d, mirrored = frames.points.shape[1], is_axisymmetric(frames)
+    skin = skin_of(frames).in_triangles() if d == 3 else skin_of(frames)
     coordinates = skin.nodes.size * d + frames.described.get("rigid_vertices", np.zeros(0)).size
     chosen = chosen_frames(len(frames), coordinates, len(skin.faces))
     every = np.stack([places_at(frames, index) for index in chosen])
@@ -329,7 +315,7 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
         raise OutputError("the results contain no frame with valid node positions")
     chosen, places, every = chosen[kept], places[kept], every[kept]
     origins = np.nanmean(places, axis=1) * ([0.0, 1.0] if mirrored else 1.0)
-    values = shown_values(frames, chosen, field, skin.faces, skin.owners)
+    values = skin.values(frames, chosen, field)
     low, high = shared_scale(values.ravel())[0].get_clim()
     everywhere = box(places, mirrored)
     size = float(np.ptp(frames.points, axis=0).max()) * MILLI
@@ -376,17 +362,6 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
         "walls": walls,
         "everywhere": near + np.array([origins.min(axis=0), origins.max(axis=0)]),
     }
-
-
-def skin_of(frames: Frames) -> Skin:
-    """Return the drawn part of the mesh of a run."""
-    if frames.points.shape[1] == 2:
-        nodes = np.unique(frames.cells)
-        return Skin(nodes, frames.cells, slice(None), boundary_facets(frames.cells, 2))
-    facets = boundary_facets(frames.cells, 3)
-    faces, numbers = simplex_facets(facets)
-    owners = facet_owners(facets, frames.cells)[numbers]
-    return Skin(np.unique(faces), faces, owners, np.zeros((0, 2), dtype=int))
 
 
 def chosen_frames(count: int, coordinates: int, faces: int) -> np.ndarray:

@@ -27,7 +27,7 @@ from softsim.report.diagram import (
     colours_of,
     shortened,
 )
-from softsim.report.figures import duration
+from softsim.report.figures import Line, duration
 from softsim.report.page.charts import Chart, Trace, chart_of, colour_axis, rounded, shades
 from softsim.report.page.run import PAGE, write_page
 from softsim.report.png import draw
@@ -48,6 +48,7 @@ from softsim.report.study.findings import (
     written,
 )
 from softsim.report.style import BLUE, COLOURS, ORANGE, QUIET, RED, SKY
+from softsim.report.table import Cell, Table, cell
 from softsim.study.axes import Goal, Plot, StudyAxis
 from softsim.study.cases import DONE, FAILED, LOST, PRUNED, WAITING
 
@@ -514,7 +515,7 @@ def page_context(findings: Findings, folder: Path) -> dict[str, Any]:
         "pass_rate": pass_rate_in_words(findings),
         "boundaries": boundaries_in_words(findings),
         "charts": study_charts(findings),
-        "factors": [(title_of(f), level_words(findings, f.name)) for f in findings.factors],
+        "factors": [Line(title_of(f), level_words(findings, f.name)) for f in findings.factors],
         "settings": settings_of(findings),
         "reasons": reasons_of(findings),
         "cases": {
@@ -563,24 +564,23 @@ def level_words(findings: Findings, name: str) -> str:
     return f"{len(levels)} values, {written(axis, levels.min())} to {written(axis, levels.max())}"
 
 
-def settings_of(findings: Findings) -> list[tuple[str, str]]:
-    """Return the settings, wall time and version of the study as (name, text)."""
+def settings_of(findings: Findings) -> list[Line]:
+    """Return the settings, wall time and version of the study."""
     record = findings.record
     return [
-        ("study", record.source),
-        *(record.settings or {}).items(),
-        ("wall time", duration(record.wall_time)),
-        ("softsim", record.version),
+        Line("study", record.source),
+        *(Line(name, text) for name, text in (record.settings or {}).items()),
+        Line("wall time", duration(record.wall_time)),
+        Line("softsim", record.version),
     ]
 
 
-def reasons_of(findings: Findings) -> list[tuple[str, int, str]]:
-    """Return the reasons of failed cases, the most frequent first: reason, number, first cases."""
+def reasons_of(findings: Findings) -> Table | None:
+    """Return the reasons of failed cases, the most frequent first; None if no case failed."""
     failed = findings.table.filter(polars.col("status").is_in([FAILED, LOST]))
     groups = failed.group_by("reason", maintain_order=True).agg("case")
-    found = []
-    for reason, cases in groups.iter_rows():
-        named = ", ".join(map(str, cases[:MOST_NAMED]))
-        more = " ..." if len(cases) > MOST_NAMED else ""
-        found.append((reason or "no reason recorded", len(cases), named + more))
-    return sorted(found, key=lambda group: -group[1])
+    rows: list[list[Cell | str]] = []
+    for reason, cases in sorted(groups.iter_rows(), key=lambda group: -len(group[1])):
+        named = ", ".join(map(str, cases[:MOST_NAMED])) + " ..." * (len(cases) > MOST_NAMED)
+        rows.append([reason or "no reason recorded", cell(len(cases), "d"), named])
+    return Table(rows, ["reason", "number", "cases"], "Causes of failure") if rows else None
