@@ -30,6 +30,7 @@ from softsim.report.body import (
     mirrored,
     outlines_at,
     places_at,
+    plane_picture,
     rigid_faces_at,
     rim,
     seen_walls,
@@ -40,7 +41,6 @@ from softsim.report.page.robot import (
     NO_VALUE,
     SEE_THROUGH,
     SHADES,
-    plane_picture,
     triangles,
     walls_move,
 )

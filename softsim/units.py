@@ -182,6 +182,11 @@ def format_quantity(value: float, unit: str) -> str:
 
 
 @lru_cache(maxsize=1024)
+def count_text(count: int, thing: str) -> str:
+    """Return a count with its noun: "1 case", "2 cases"."""
+    return f"{count:,} {thing}" + ("" if count == 1 else "s")
+
+
 def _factor(expression: str, unit: str) -> Decimal:
     """Return the size of one `expression` in `unit`; raise ValueError if dimensions differ."""
     scale, dimension = _measure(expression)

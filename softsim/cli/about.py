@@ -20,6 +20,7 @@ from softsim.compute.machine import (
 from softsim.errors import DeviceError
 from softsim.options import explained
 from softsim.report.table import Cell, Table, cell
+from softsim.units import count_text
 
 KINDS = ("scene", "study", *STUDY_MODELS)
 """Kinds of input files: those of the engine, and those of applications."""
@@ -71,7 +72,8 @@ def print_devices(console: Console, seconds: float) -> None:
     Rates are measured for `seconds` in total; 0 omits them.
     """
     faults: list[str] = []
-    described = {"cpu": _cpu()}
+    cpu = processor()
+    described = {"cpu": [f"{cpu.name}, {cores(cpu.cores)}", _free(cpu.memory)]}
     if cuda_device_count():
         described["cuda"] = _cuda(faults)
     rates: dict[str, dict[str, Cell]] = {}
@@ -96,11 +98,6 @@ def print_devices(console: Console, seconds: float) -> None:
         "element nodes (elements times nodes per element), else all",
         highlight=False,
     )
-
-
-def _cpu() -> list[str]:
-    cpu = processor()
-    return [f"{cpu.name}, {cores(cpu.cores)}", _free(cpu.memory)]
 
 
 def _cuda(faults: list[str]) -> list[str]:
@@ -136,7 +133,7 @@ def _rates(devices: list[str], seconds: float, faults: list[str]) -> dict[str, d
     each = seconds / (2 * len(devices))
     columns: dict[str, dict[str, Cell]] = {}
     for work, threads in ((SECTION, 1), (LARGE, everything)):
-        heading = f"{work.elements:,} triangles\n{threads} thread{'s' if threads > 1 else ''}"
+        heading = f"{work.elements:,} triangles\n{count_text(threads, 'thread')}"
         columns[heading] = {}
         for device in devices:
             try:

@@ -38,7 +38,8 @@ def examples(
         root = examples_folder()
         if name is None:
             for path in example_files(root):
-                console.print(example_line(path), highlight=False, markup=False, soft_wrap=True)
+                line = f"{command_for(path, path).split()[1]:10}{path.stem:30}{example_title(path)}"
+                console.print(line, highlight=False, markup=False, soft_wrap=True)
             return
         example = find_example(root, name)
         for path in copy_example(example, root, to):
@@ -133,11 +134,6 @@ def examples_folder() -> Path:
 def example_files(root: Path) -> list[Path]:
     """Return all examples: first the scenes, then the files in subfolders."""
     return sorted(root.rglob("*.yaml"), key=lambda path: (path.parent, path.name))
-
-
-def example_line(path: Path) -> str:
-    """Return the command that runs an example, the name of the example, and its title."""
-    return f"{command_for(path, path).split()[1]:10}{path.stem:30}{example_title(path)}"
 
 
 def example_title(path: Path) -> str:

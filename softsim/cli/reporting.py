@@ -127,19 +127,13 @@ def report_steps(folder: Path, console: Console) -> None:
 
 
 def put_off_reports(folder: Path, console: Console) -> None:
-    """Print, for a run or each of its steps, how to draw figures and page later."""
-    for of_run in run_folders(folder):
-        put_off_report(of_run, console)
-
-
-def put_off_report(folder: Path, console: Console) -> None:
-    """Print, and append to the log, how to draw figures and page of a run later."""
+    """Print, and append to the log of a run or each of its steps, how to draw its report later."""
     from softsim.output.folder import LOG
 
-    if has_run(folder):
-        text = f"no figures and no page; draw them with: softsim report {folder}"
+    for of_run in filter(has_run, run_folders(folder)):
+        text = f"no figures and no page; draw them with: softsim report {of_run}"
         console.print(text, highlight=False, soft_wrap=True)
-        with (folder / LOG).open("a", encoding="utf-8") as log:
+        with (of_run / LOG).open("a", encoding="utf-8") as log:
             log.write(f"{text}\n")
 
 

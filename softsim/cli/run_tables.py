@@ -24,7 +24,7 @@ from softsim.scene.text import Key, entries, nearest
 from softsim.solver.natural_modes import NaturalMode, NaturalModes
 from softsim.solver.stable_step import StableStepEstimator, estimator, first_time_increment
 from softsim.statics.modes import LoadedMode, LoadedModes
-from softsim.units import format_quantity
+from softsim.units import count_text, format_quantity
 
 
 def summary_table(summary: Mapping[str, Any], units: Mapping[str, str]) -> Table:
@@ -107,13 +107,9 @@ def model_table(model: Model) -> Table:
         ("time step", f"{dt * 1e6:.3g} us, {increments:.3g} increments"),
     ]
     if model.cycles is not None:
-        rows.append(("ends", _ending(model.cycles, model.end_time)))
+        after = count_text(model.cycles, "pressure cycle")
+        rows.append(("ends", f"after {after}, or at {model.end_time:.6g} s at the latest"))
     return Table(rows)
-
-
-def _ending(cycles: int, end_time: float) -> str:
-    plural = "s" if cycles > 1 else ""
-    return f"after {cycles} pressure cycle{plural}, or at {end_time:.6g} s at the latest"
 
 
 def _size(body: Body) -> str:
@@ -125,9 +121,8 @@ def _size(body: Body) -> str:
 
 def duration_table(predicted: Duration, model: Model, choice: Choice) -> Table:
     """Return the table of the predicted duration and the measured rates behind it."""
-    workers = f"{predicted.threads} thread{'s' if predicted.threads > 1 else ''}"
     device = choice.device_for(model.corner_count)
-    place = device if device == "cuda" else f"{device}, {workers}"
+    place = device if device == "cuda" else f"{device}, {count_text(predicted.threads, 'thread')}"
     steps, settling = "increments", ""
     if model.takes_load_steps:
         steps = "load steps"
@@ -180,7 +175,7 @@ def modes_table(found: NaturalModes) -> Table:
 def modes_remarks(found: NaturalModes) -> str:
     """Return in words the number of held nodes and rigid-body modes, and the stiffness error."""
     motions = found.rigid_motions
-    loose = f", {motions} rigid-body mode{'s' if motions > 1 else ''} omitted" if motions else ""
+    loose = f", {count_text(motions, 'rigid-body mode')} omitted" if motions else ""
     return (
         f"natural modes of '{found.body.name}': {found.held_count} nodes held (fixed or tied)"
         f"{loose}; relative error of the stiffness {found.stiffness_error:.0e}"

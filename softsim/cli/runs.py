@@ -28,6 +28,7 @@ from softsim.options import (
     Workers,
     explained,
 )
+from softsim.units import count_text
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.live import LiveView
@@ -252,18 +253,12 @@ def check(
         if modes is not None:
             folder = out or Path("runs") / f"{scene.stem}_modes"
             _tell_modes(model, modes, choice.device_for(model.corner_count), folder, console)
-        finding = _finding(warnings, stopped)
+        finding = f"{count_text(warnings, 'warning')}, see above" if warnings else "no warnings"
+        if stopped:
+            finding = "the trial run was stopped by a guard, see above"
         console.print(f"{scene}: {finding}", highlight=False, soft_wrap=True)
         if stopped:
             raise typer.Exit(StabilityError.exit_code)
-
-
-def _finding(warnings: int, stopped: str) -> str:
-    """Return the most severe finding of a check in words."""
-    if stopped:
-        return "the trial run was stopped by a guard, see above"
-    counted = f"{warnings} warning{'s' if warnings > 1 else ''}, see above"
-    return counted if warnings else "no warnings"
 
 
 def _tell_modes(model: "Model", count: int, device: str, folder: Path, console: Console) -> None:

@@ -276,12 +276,6 @@ def draw_layout(history: History, frames: Frames, report: Report, path: Path) ->
         figure.align_ylabels([first, *lower])
 
 
-def by_branch(segments: Sequence[Report]) -> list[list[Report]]:
-    """Return the segments of each branch in order."""
-    names = dict.fromkeys(segment["branch"] for segment in segments)
-    return [[one for one in segments if one["branch"] == name] for name in names]
-
-
 def draw_picture(
     axes: Axes,
     pipes: Sequence[Pipe],
@@ -293,7 +287,8 @@ def draw_picture(
 
     The number of a tee is written once, before its middle, where branches leave.
     """
-    segments = by_branch(report["segments"])
+    names = dict.fromkeys(segment["branch"] for segment in report["segments"])
+    segments = [[one for one in report["segments"] if one["branch"] == name] for name in names]
     for pipe, own in zip(pipes, segments, strict=True):
         draw_pipe(axes, pipe, [segment["start"] * MILLI for segment in own[1:]])
     numbers = [segment["segment"] for segment in report["segments"]]
@@ -361,7 +356,8 @@ def robots(
         nearest(frames, time[-1]),
     )
     found = [end]
-    for place in places(float(s[0]), float(s.max()), segment_middles(report), apart):
+    middles = [0.5 * (g["start"] + g["end"]) * MILLI for g in report["segments"]]
+    for place in places(float(s[0]), float(s.max()), middles, apart):
         when = float(time[np.argmax(s >= place)])
         frame = nearest(frames, when)
         at = float(np.interp(frames.times[frame], time, s))
@@ -371,11 +367,6 @@ def robots(
             number = int(branch[nearest_row])
             found.append(RobotSnapshot(number, at, label, SKY if len(found) > 1 else QUIET, frame))
     return found
-
-
-def segment_middles(report: Report) -> list[float]:
-    """Return the middles of the segments [mm]."""
-    return [0.5 * (g["start"] + g["end"]) * MILLI for g in report["segments"]]
 
 
 def places(start: float, farthest: float, wanted: list[float], apart: float) -> list[float]:

@@ -344,8 +344,9 @@ class Section:
         ]
         self.centre_lines = frames.described.get("centre_lines", NO_LINES) * MILLI
         self.values = np.concatenate(values)
-        wall_points = points_on(np.concatenate(self.wall_lines))
-        self.view = view_of(self.places(), np.concatenate(self.walls), wall_points)
+        share, lines = np.linspace(0.0, 1.0, POINTS_ON_A_LINE), np.concatenate(self.wall_lines)
+        along = (1.0 - share)[:, None, None] * lines[:, 0] + share[:, None, None] * lines[:, 1]
+        self.view = view_of(self.places(), np.concatenate(self.walls), along.reshape(-1, 2))
 
     def places(self) -> np.ndarray:
         """Return all points (n, 2) [mm] that every picture must show."""
@@ -361,7 +362,10 @@ class Section:
         view: xmin, xmax, ymin, ymax [mm], which the solids must cover.
         """
         depth = THICKNESS * max(np.ptp(self.view[:2]), np.ptp(self.view[2:]))
-        curved = [strip_behind(chain, depth) for chain in chains(self.wall_lines[number])]
+        curved = [
+            WallSolid(np.concatenate([chain, behind(chain, depth)[::-1]]), chain)
+            for chain in chains(self.wall_lines[number])
+        ]
         return [*self.flat_solids(view, number), *curved]
 
     def flat_solids(self, view: np.ndarray, number: int) -> list[WallSolid]:
@@ -442,6 +446,12 @@ class HalfSection(Section):
             axes.xaxis.set_major_formatter(lambda x, _: f"{abs(x):g}")
 
 
+def plane_picture(frames: Frames, indices: list[int], field: str) -> Section:
+    """Return the picture of frames of a plane run."""
+    kind = HalfSection if is_axisymmetric(frames) else Section
+    return kind(frames, indices, field)
+
+
 def right_of_axis(lines: np.ndarray) -> np.ndarray:
     """Return the parts (j, 2, 2) of lines (k, 2, 2) at positive x."""
     lines = lines[(lines[..., 0] > 0.0).any(axis=1)]
@@ -455,12 +465,6 @@ def right_half(solid: WallSolid) -> WallSolid:
     around = np.stack([solid.outline, np.roll(solid.outline, -1, axis=0)], axis=1)
     outline = right_of_axis(around).reshape(-1, 2)
     return WallSolid(outline, right_of_axis(solid.face[None]).reshape(-1, 2))
-
-
-def points_on(lines: np.ndarray) -> np.ndarray:
-    """Return points (n, 2) on lines (k, 2, 2), dense enough to detect lines near a body."""
-    shares = np.linspace(0.0, 1.0, POINTS_ON_A_LINE)[:, None, None]
-    return ((1.0 - shares) * lines[:, 0] + shares * lines[:, 1]).reshape(-1, 2)
 
 
 def ends(boundary: np.ndarray) -> np.ndarray:
@@ -520,11 +524,6 @@ def solid_behind(wall: np.ndarray, view: np.ndarray) -> WallSolid:
     foot = centre + ((point - centre) @ normal) * normal
     face = np.array([foot - reach * along, foot + reach * along])
     return WallSolid(np.concatenate([face, face[::-1] - reach * normal]), face)
-
-
-def strip_behind(chain: np.ndarray, depth: float) -> WallSolid:
-    """Return a strip of the solid behind a curved wall (n, 2)."""
-    return WallSolid(np.concatenate([chain, behind(chain, depth)[::-1]]), chain)
 
 
 def draw_solid(axes: Axes, solid: WallSolid, linewidth: float = 0.9, zorder: float = 1.5) -> None:

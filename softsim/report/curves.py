@@ -295,12 +295,6 @@ def contact(history: History) -> Iterator[Panel]:
             yield Panel(PlotAxis(scale, [line]))
 
 
-def last_fall(pressure: np.ndarray) -> slice:
-    """Return the rows from the last highest pressure to the lowest pressure after it."""
-    highest = len(pressure) - 1 - int(np.argmax(pressure[::-1]))
-    return slice(highest, highest + 1 + int(np.argmin(pressure[highest:])))
-
-
 def deflation(history: History) -> dict[str, Diagram]:
     """Return the figure of wall forces and speed over the air pressure in the last deflation.
 
@@ -310,7 +304,9 @@ def deflation(history: History) -> dict[str, Diagram]:
     pressed = [name for name in history if name.startswith((ROW_FORCE, SIDE_FORCE))]
     if not pressed or not pressurised(history):
         return {}
-    fall = last_fall(history["pressure"])
+    pressure = history["pressure"]
+    highest = len(pressure) - 1 - int(np.argmax(pressure[::-1]))  # the last one
+    fall = slice(highest, highest + 1 + int(np.argmin(pressure[highest:])))
     time = history["time"][fall]
     if len(time) < FEWEST_OF_A_FALL:
         return {}
@@ -318,7 +314,7 @@ def deflation(history: History) -> dict[str, Diagram]:
     def smooth(values: np.ndarray) -> np.ndarray:
         return thinned(time, values[fall], SAMPLES_OF_A_FALL)[1]
 
-    kilo = smooth(history["pressure"]) / 1e3
+    kilo = smooth(pressure) / 1e3
     panels = []
     for prefix, title in ((ROW_FORCE, "force per row [N]"), (SIDE_FORCE, "force per side [N]")):
         names = [name for name in pressed if name.startswith(prefix)]

@@ -65,8 +65,8 @@ from softsim.report.snapshots import (
     state,
 )
 from softsim.report.style import PAGE_WIDTH, STYLE
-from softsim.units import size_of, usual_unit
 from softsim.report.table import Table, cell
+from softsim.units import size_of, usual_unit
 
 # -------------------------------------------------------------------------------------------------
 # Readable text of the summary of a run and of single numbers.
@@ -80,11 +80,6 @@ def duration(seconds: float) -> str:
     if minutes < 90:
         return f"{minutes} min {int(seconds % 60)} s"
     return f"{minutes // 60} h {minutes % 60} min"
-
-
-def counted(number: int, thing: str) -> str:
-    """Return a number of things: "1 warning", "2 warnings"."""
-    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def track(told: Mapping[str, float | None]) -> str:
@@ -384,7 +379,12 @@ def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
         else:
             path.unlink(missing_ok=True)
     if frames is not None:
-        _draw_snapshots_of_run(history, frames, snapshot_field, folder / SNAPSHOTS)
+        time = history["time"]
+        # Only a robot, which has a frame, starts to move; a body that merely deforms does not.
+        walks = travels(history) and travelling_column(history).startswith("frame")
+        moved = displacement(history) if walks else np.zeros(len(time))
+        at, air = moments(time, chamber_pressures(history), moved), single_pressure(history)
+        draw_snapshots(frames, at, time, air, snapshot_field, folder / SNAPSHOTS)
         drawn.append(folder / SNAPSHOTS)
     if frames is not None and run.layout is not None:
         draw_layout(history, frames, run.layout, folder / LAYOUT)
@@ -392,18 +392,6 @@ def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
     else:
         (folder / LAYOUT).unlink(missing_ok=True)
     return drawn
-
-
-def _draw_snapshots_of_run(history: History, frames: Frames, field: str, path: Path) -> None:
-    time = history["time"]
-    # Only a robot, which has a frame, sets off; a body that merely deforms does not.
-    sets_off = travels(history) and travelling_column(history).startswith("frame")
-    at = moments(
-        time,
-        chamber_pressures(history),
-        displacement(history) if sets_off else np.zeros(len(time)),
-    )
-    draw_snapshots(frames, at, time, single_pressure(history), field, path)
 
 
 # -------------------------------------------------------------------------------------------------

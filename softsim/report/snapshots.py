@@ -17,12 +17,11 @@ from softsim.mesh.mesh import SURFACE, Mesh, boundary_facets, facet_keys, find_r
 from softsim.output.fields import Frames
 from softsim.report.body import (
     CAMERA,
-    HalfSection,
     Section,
     Surface,
     draw_faces,
-    is_axisymmetric,
     lit,
+    plane_picture,
     visible_side,
 )
 from softsim.report.diagram import FIELDS, MILLI, refuse_missing_field, shared_scale
@@ -98,7 +97,8 @@ def moments(
     found = [Moment("start", begin), Moment("full inflation", float(time[inflated]))]
     if inflated == 0:
         found.pop(0)
-    after = slice(*_first_deflation(full, inflated))
+    falling = inflated + _first(~full[inflated:])
+    after = slice(falling, falling + _first(full[falling:]))  # up to the next full inflation
     watched = displacement[after]
     onset = onset_of_motion(watched)
     if onset is not None and np.ptp(watched) > WORTH_A_PICTURE * np.ptp(displacement):
@@ -125,12 +125,6 @@ def onset_of_motion(displacement: np.ndarray) -> int | None:
     first = int(np.argmax(away > moved))
     resting = np.flatnonzero(away[:first] < moved * AT_REST / MOVED)
     return int(resting[-1])
-
-
-def _first_deflation(full: np.ndarray, inflated: int) -> tuple[int, int]:
-    """Return the rows from the first decrease of the pressure to the next full one or the end."""
-    falling = inflated + _first(~full[inflated:])
-    return falling, falling + _first(full[falling:])
 
 
 def _first(condition: np.ndarray) -> int:
@@ -162,9 +156,7 @@ def pictures(frames: Frames, indices: list[int], field: str) -> Pictures:
     """Return the pictures of frames for their mesh: in space, axisymmetric, or plane."""
     if frames.points.shape[1] == 3:
         return Surface(frames, indices, field)
-    if is_axisymmetric(frames):
-        return HalfSection(frames, indices, field)
-    return Section(frames, indices, field)
+    return plane_picture(frames, indices, field)
 
 
 def draw_snapshots(

@@ -34,6 +34,7 @@ from softsim.study.design import (
 from softsim.study.factors import Interval, Space
 from softsim.study.measures import MeasureColumn, goal_of, measure_column
 from softsim.study.schema import BisectionDesign, GridDesign, PointDesign, StudySpec
+from softsim.units import count_text
 
 REPEAT = "repeat"
 """Column of the repeats."""
@@ -348,11 +349,6 @@ def sought_text(study: LoadedStudy, sought: Bisection) -> str:
         + f", assumed to happen once; in {count_text(cell_count, 'cell')} at most "
         f"{count_text(study.case_count, 'case')}"
     )
-
-
-def count_text(count: int, thing: str) -> str:
-    """Return a count with its noun: "1 case", "2 cases"."""
-    return f"{count:,} {thing}" + ("" if count == 1 else "s")
 
 
 # -------------------------------------------------------------------------------------------------

@@ -24,7 +24,7 @@ from softsim.report.figures import duration
 from softsim.scene.text import nearest
 from softsim.study.axes import Goal
 from softsim.study.cases import DONE, LOST, PRUNED, Case, Program, case_key, resolved
-from softsim.study.loading import LoadedStudy, count_text, load_study, study_from
+from softsim.study.loading import LoadedStudy, load_study, study_from
 from softsim.study.schema import Objective
 from softsim.sweep.descent import Descent, SearchEndedError
 from softsim.sweep.engine import WorkerPool, completed, pool_for
@@ -41,6 +41,7 @@ from softsim.sweep.job import (
     simulate,
     told_size,
 )
+from softsim.units import count_text
 
 # -------------------------------------------------------------------------------------------------
 # Cases that cannot run, found before anything runs: scenes are read and models are built.

@@ -190,10 +190,6 @@ def _turning(curvature: float | None) -> str:
     return f"{abs(curvature) / MILLI:.3g} 1/mm to the {side}"
 
 
-def _settled(seconds: float) -> str:
-    return "never" if math.isnan(seconds) else f"after {seconds:.3g} s"
-
-
 def chain_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return the numbers of a chain's summary as (name, text)."""
 
@@ -206,9 +202,10 @@ def chain_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     if math.isnan(summary["speed"]):
         steady = [("speed", "not available: the run is too short")]
     else:
+        settled = summary["settling_time"]
         steady = [
             ("speed", f"{mm('speed')}/s, from {mm('least_speed')}/s to {mm('greatest_speed')}/s"),
-            ("settled", _settled(summary["settling_time"])),
+            ("settled", "never" if math.isnan(settled) else f"after {settled:.3g} s"),
             ("ground contact", f"{listed(100.0 * summary['contact_shares'], '.3g')} % of the time"),
             ("dominant frequency in z", f"{listed(summary['dominant_frequencies'], '.4g')} Hz"),
         ]

@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.colors import to_hex
 
 from softsim.report.diagram import (
+    EMPTY,
     MOST_NUMBERS,
     POINTS,
     STEPS,
@@ -67,6 +68,10 @@ SECOND_AXIS = {"side": "right", "showgrid": False, "tickmode": "auto"}
 
 EDGE = {"range": [0.0, 1.0], "visible": False, "fixedrange": True}
 """Properties of an axis for marks along the lower edge."""
+
+STRIPE_LABEL = {"showarrow": False, "xref": "paper", "x": 0.0, "xanchor": "left",
+                "font": {"size": 11, "color": QUIET}}  # fmt: skip
+"""Properties of the label of a stripe, placed inside it."""
 
 SYMBOLS = {"x": "x-thin-open", "|": "line-ns-open"}
 
@@ -132,7 +137,10 @@ def chart_of(diagram: Diagram) -> Chart:
             layout[f"yaxis{number}"] = {"overlaying": f"y{left}", **EDGE}
             traces += [edge_trace(edge, f"y{number}") for edge in panel.edges]
         layout.setdefault("shapes", []).extend(stripe_shapes(panel, f"y{left}"))
-        layout.setdefault("annotations", []).extend(stripe_words(panel, f"y{left}"))
+        label = STRIPE_LABEL | {"yref": f"y{left}"}
+        layout.setdefault("annotations", []).extend(
+            label | {"y": 0.5 * (s.low + s.high), "text": escape(s.name)} for s in panel.stripes
+        )
         traces += marks(panel, f"y{left}")
         if panel.colours is not None:
             layout["coloraxis"] = colour_axis(*panel.colours)
@@ -247,13 +255,6 @@ def bound(place: float) -> Trace:
     return {"type": "line", "line": {"color": QUIET, "dash": "dot", "width": 1}} | up
 
 
-def stripe_words(panel: Panel, axis: str) -> list[Trace]:
-    """Return the labels of stripes, placed inside them."""
-    look = {"showarrow": False, "xref": "paper", "x": 0.0, "xanchor": "left", "yref": axis,
-            "font": {"size": 11, "color": QUIET}}  # fmt: skip
-    return [look | {"y": 0.5 * (s.low + s.high), "text": escape(s.name)} for s in panel.stripes]
-
-
 def marks(panel: Panel, axis: str) -> Iterator[Trace]:
     """Yield the cells of a panel or its colour bar, and its best point."""
     if panel.cells is not None and panel.colours is not None:
@@ -302,19 +303,14 @@ def colour_axis(scale: Scale, places: np.ndarray) -> Trace:
     steps: Sequence[tuple[float, str]] = colour_scale()
     if scale.labels is not None:
         bar |= ticks(scale)
-        steps = label_colours(scale)
+        count = max(len(scale.labels), 1)
+        colours = map(to_hex, colours_of(scale, EMPTY).to_rgba(np.arange(count)))
+        steps = [((k + end) / count, colour) for k, colour in enumerate(colours) for end in (0, 1)]
     elif scale.logarithmic:
         at = np.array([tick for tick in DECADES if low <= tick <= high])
         bar |= {"tickvals": np.log10(at).tolist(), "ticktext": [f"{tick:g}" for tick in at]}
     least, most = shades(scale, np.array([low, high]))
     return {"colorscale": steps, "colorbar": bar, "cmin": least, "cmax": most}
-
-
-def label_colours(scale: Scale) -> list[tuple[float, str]]:
-    """Return a stepped colour scale with one colour per label."""
-    count = max(len(scale.labels or ()), 1)
-    colours = map(to_hex, colours_of(scale, np.arange(count)).to_rgba(np.arange(count)))
-    return [((k + end) / count, colour) for k, colour in enumerate(colours) for end in (0, 1)]
 
 
 def ticks(scale: Scale) -> Trace:

@@ -15,7 +15,6 @@ from softsim.output.fields import Frames
 from softsim.report.body import (
     CAMERA,
     LINES,
-    Section,
     around,
     corners_of_box,
     flat_walls,
@@ -23,6 +22,7 @@ from softsim.report.body import (
     lines_at,
     outlines_at,
     places_at,
+    plane_picture,
     rigid_faces_at,
     rim,
     seen_walls,
@@ -37,7 +37,6 @@ from softsim.report.diagram import (
     shared_scale,
 )
 from softsim.report.page.charts import BAR, Chart
-from softsim.report.snapshots import pictures
 from softsim.report.style import FRAME, GRID, INK, PALE, QUIET, RED, SHADOW, WALL
 
 SHADES = 16
@@ -161,13 +160,6 @@ def plane_layout(frames: Frames, field: str) -> Trace:
         "shapes": MIRROR if is_axisymmetric(frames) else (),
         "dragmode": "pan",
     }
-
-
-def plane_picture(frames: Frames, indices: list[int], field: str) -> Section:
-    """Return the picture of frames of a plane run."""
-    picture = pictures(frames, indices, field)
-    assert isinstance(picture, Section)
-    return picture
 
 
 def walls_move(frames: Frames, chosen: np.ndarray) -> bool:
@@ -412,7 +404,7 @@ def with_surroundings(
     space the parts of walls within a quarter of its size.
     """
     if len(origin) == 2:
-        view = pictures(frames, [0], field).view.reshape(2, 2).T - origin
+        view = plane_picture(frames, [0], field).view.reshape(2, 2).T - origin
         return np.stack([np.minimum(near[0], view[0]), np.maximum(near[1], view[1])])
     rigid = rigid_faces_at(frames, 0)[0] - origin
     corners = corners_of_box(np.concatenate([near, rigid]))

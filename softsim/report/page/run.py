@@ -25,7 +25,6 @@ from softsim.report.diagram import MILLI
 from softsim.report.figures import (
     Recorded,
     bookkeeping,
-    counted,
     duration,
     findings,
     recorded,
@@ -35,6 +34,7 @@ from softsim.report.figures import (
 )
 from softsim.report.page.charts import chart_of
 from softsim.report.page.robot import animation
+from softsim.units import count_text
 
 # -------------------------------------------------------------------------------------------------
 # Sentences on how a run ended.
@@ -74,7 +74,7 @@ def verdicts(summary: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[R
     good = OPEN if warned else GOOD
     if status == "done":
         took = f"{summary['simulated_time']:.4g} s in {duration(summary['wall_time'])}"
-        doubt = f", with {counted(warned, 'warning')}" if warned else ""
+        doubt = f", with {count_text(warned, 'warning')}" if warned else ""
         yield RunVerdict(good, f"done{doubt}: simulated {took}")
     elif status == "aborted":
         yield RunVerdict(BAD, f"aborted: {failure or 'by an error that is in run.log'}")

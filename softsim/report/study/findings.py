@@ -27,8 +27,8 @@ from softsim.study.bisection import (
     boundary,
 )
 from softsim.study.cases import DONE, FAILED, LOST
-from softsim.study.loading import count_text
 from softsim.study.measures import MISMATCH
+from softsim.units import count_text
 
 VERDICT = "verdict"
 

@@ -535,7 +535,8 @@ def state_of(findings: Findings) -> tuple[str, str]:
     total = findings.table.height
     said = [f"{counts.get(DONE, 0)} of {total} cases done"]
     said += [f"{counts[s]} {s}" for s in (FAILED, LOST, PRUNED, WAITING) if counts.get(s)]
-    doubtful = warned_count(findings)
+    table = findings.table
+    doubtful = table[WARNINGS].count() if WARNINGS in table.columns else 0
     if doubtful:
         said.append(f"{doubtful} with warnings, listed in summary.json of each case")
     words = f"{findings.record.status}: {', '.join(said)}"
@@ -545,12 +546,6 @@ def state_of(findings: Findings) -> tuple[str, str]:
         return "bad", words
     is_doubtful = counts.get(FAILED) or counts.get(LOST) or doubtful
     return ("open" if is_doubtful else "good"), words
-
-
-def warned_count(findings: Findings) -> int:
-    """Return the number of cases whose runs gave a warning."""
-    table = findings.table
-    return table[WARNINGS].count() if WARNINGS in table.columns else 0
 
 
 def level_words(findings: Findings, name: str) -> str:
