@@ -10,8 +10,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from softsim.errors import SoftsimError
+from softsim.errors import Option, SceneError, SoftsimError
 from softsim.interruption import INTERRUPTED, STOPPED
+from softsim.units import parse
 
 ScenePath = Annotated[Path, typer.Argument(help="Scene file (YAML).", show_default=False)]
 Overrides = Annotated[
@@ -70,6 +71,22 @@ def explained() -> Iterator[Console]:
     except KeyboardInterrupt:
         print(STOPPED, file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
+
+
+def quantity(option: str, text: str, unit: str) -> float:
+    """Return the value of an option in the SI unit `unit`. Raises SceneError if it is invalid."""
+    try:
+        return parse(text, unit)
+    except ValueError as error:
+        raise SceneError(str(error), "", Option(f"{option} {text}")) from None
+
+
+def positive(option: str, text: str, unit: str) -> float:
+    """Return the value of an option as `quantity`; it must be greater than zero."""
+    value = quantity(option, text, unit)
+    if not value > 0.0:
+        raise SceneError(f"{text!r} must be greater than zero", "", Option(f"{option} {text}"))
+    return value
 
 
 def rows_of_sets(

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 from softsim.errors import MeshError, Option, SceneError
-from softsim.options import explained, rows_of_sets
+from softsim.options import explained, positive, rows_of_sets
 from softsim.report.table import Table
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def mesh(
         from softsim.report.snapshots import draw_mesh
 
         kind = _cell_kind(cells)
-        length_unit = None if unit is None else _length(f"1 {unit}", f"--unit {unit}")
+        length_unit = None if unit is None else positive("--unit", f"1 {unit}", "m")
         target = out or Path(f"{part.stem}.msh")
         if target.suffix != ".msh":
             raise SceneError(
@@ -105,7 +105,7 @@ def mesh(
                     f"{part}: the size of the elements is missing",
                     hint="give --size, for example --size 1mm; a wall needs at least two elements",
                 )
-            made = mesh_solid(part, target, _length(size, f"--size {size}"), length_unit, kind)
+            made = mesh_solid(part, target, positive("--size", size, "m"), length_unit, kind)
         else:
             if part.suffix.lower() in FORMATS and (size is not None or kind == "quad"):
                 raise MeshError(f"{part}: is a mesh already", hint="leave out --size and --cells")
@@ -136,21 +136,6 @@ def _cell_kind(text: str) -> "CellKind":
             "is simplex (tetrahedra) or quad (hexahedra)", param_hint="--cells"
         )
     return "quad" if text == "quad" else "simplex"
-
-
-def _length(text: str, option: str) -> float:
-    """Return a length [m], such as "1mm"; raises SceneError that names the option."""
-    from softsim import units
-
-    try:
-        length = units.parse(text, "m")
-    except ValueError as fault:
-        raise SceneError(
-            str(fault), "write a number and a unit, such as 1mm", Option(option)
-        ) from None
-    if not length > 0.0:
-        raise SceneError(f"'{text}' must be greater than 0", "", Option(option))
-    return length
 
 
 def _print_mesh(made: "Mesh", found: "list[Chamber]", console: Console) -> None:

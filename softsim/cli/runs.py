@@ -27,6 +27,7 @@ from softsim.options import (
     Threads,
     Workers,
     explained,
+    quantity,
 )
 from softsim.units import count_text
 
@@ -334,7 +335,7 @@ def assess(
         if repeats is not None:
             from softsim.study.loading import Spread, repeated_assessment
 
-            start = _length(start_range, "--start-range")
+            start = quantity("--start-range", start_range, "m")
             spread = Spread(repeats, friction_range / 100.0, start, seed)
             study = repeated_assessment(layout, robot, loaded, spread, overrides or [])
             folder = out or Path("runs") / f"{layout.stem}_{robot}_repeats"
@@ -345,19 +346,6 @@ def assess(
 
         with ended_by(lambda: _show_passage(folder, console)):
             run_scene(loaded, [], folder, device.value, resume, console, threads)
-
-
-def _length(text: str, option: str) -> float:
-    """Return the length [m] given by an option.
-
-    Raises SceneError if the text is not a length.
-    """
-    from softsim import units
-
-    try:
-        return units.parse(text, "m")
-    except ValueError as error:
-        raise SceneError(str(error), "", Option(f"{option} {text}")) from None
 
 
 def _assess_repeatedly(

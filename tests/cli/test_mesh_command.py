@@ -97,7 +97,7 @@ def test_an_existing_mesh_gets_names(tmp_path, mesh):
     [
         (["part.step"], "the size of the elements is missing"),
         (["part.step", "--size", "3"], 'write "3 mm"'),
-        (["part.step", "--size", "0 mm"], "must be greater than 0"),
+        (["part.step", "--size", "0 mm"], "must be greater than zero"),
         (["part.step", "--size", "3mm", "--unit", "m"], "states its unit of length itself"),
         (["part.step", "--size", "3mm", "--material", "dragonskin"], "there is no material"),
         (["part.step", "--size", "3mm", "-o", "part.vtu"], "the mesh is written as .msh"),

@@ -5,8 +5,7 @@ from typing import Annotated
 
 import typer
 
-from softsim.errors import CalibrationError
-from softsim.options import Device, DeviceName, Threads, explained
+from softsim.options import Device, DeviceName, Threads, explained, positive
 
 
 def calibrate_section(
@@ -55,24 +54,11 @@ def calibrate_section(
         section = section_specimen(load_scene(scene, overrides or []))
         body = reference_specimen(load_scene(reference, reference_overrides or []))
         refuse_other_pipe(section, body)
-        pressure, time = _quantity("--highest", highest, "Pa"), _quantity("--ramp", ramp, "s")
-        push = None if push_at is None else _quantity("--push-at", push_at, "Pa")
+        pressure, time = positive("--highest", highest, "Pa"), positive("--ramp", ramp, "s")
+        push = None if push_at is None else positive("--push-at", push_at, "Pa")
         folder = out or Path("runs") / f"{scene.stem}_calibration"
 
         from softsim.apps.calibration.running import Settings, calibrate  # imports Taichi
 
         settings = Settings(pressure, time, push, spikes, folder, device.value, threads)
         calibrate(section, body, settings, console)
-
-
-def _quantity(option: str, text: str, unit: str) -> float:
-    """Return the positive quantity of an option in the SI unit `unit`."""
-    from softsim.units import parse
-
-    try:
-        value = parse(text, unit)
-    except ValueError as error:
-        raise CalibrationError(f"{option}: {error}") from None
-    if not value > 0.0:
-        raise CalibrationError(f"{option}: {text!r} must be greater than zero")
-    return value
