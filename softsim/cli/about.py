@@ -19,7 +19,7 @@ from softsim.compute.machine import (
 )
 from softsim.errors import DeviceError
 from softsim.options import explained
-from softsim.report.table import Cell, Table, cell
+from softsim.report.table import Cell, Row, Table, cell
 from softsim.units import count_text
 
 KINDS = ("scene", "study", *STUDY_MODELS)
@@ -80,7 +80,7 @@ def print_devices(console: Console, seconds: float) -> None:
     if seconds > 0.0:
         console.print("measuring speed; the first time, kernels are compiled for about a minute")
         rates = _rates(list(described), seconds, faults)
-    rows = [
+    rows: list[Row] = [
         [name, *columns, *(measured[name] for measured in rates.values())]
         for name, columns in described.items()
     ]

@@ -16,7 +16,7 @@ from softsim.mesh.surface import sharp_edges
 from softsim.model import Body, Model
 from softsim.options import rows_of_sets
 from softsim.report.figures import bookkeeping, duration, findings
-from softsim.report.table import Cell, Table, cell
+from softsim.report.table import Cell, Row, Table, cell
 from softsim.run.equilibrium import MotorResponse
 from softsim.run.pilot import Duration
 from softsim.scene.loading import LoadedScene, flow_text, phrase
@@ -43,7 +43,7 @@ def summary_table(summary: Mapping[str, Any], units: Mapping[str, str]) -> Table
 def wall_time_table(wall_times: Mapping[str, float]) -> Table:
     """Return the table of the wall time of each part of a run, from its summary."""
     whole = sum(wall_times.values())
-    rows = [
+    rows: list[Row] = [
         [part, cell(seconds, ".2f", " s"), cell(100.0 * seconds / whole, ".1f", " %")]
         for part, seconds in [*wall_times.items(), ("whole", whole)]
     ]
@@ -185,7 +185,7 @@ def modes_remarks(found: NaturalModes) -> str:
 def response_table(found: MotorResponse) -> Table:
     """Return the table of a harmonic response: at the motor's own frequency, and the largest."""
     own = int(np.abs(found.frequencies - found.own_frequency).argmin())
-    rows: list[list[Cell | str]] = []
+    rows: list[Row] = []
     for column, values in found.amplitudes.items():
         unit, largest = found.units[column], int(np.abs(values).argmax())
         at_own, highest = (
@@ -213,8 +213,6 @@ def _most_moved(body: Body, mode: NaturalMode) -> tuple[Cell, Cell]:
 #
 # Defaults that a scene does not mention are listed too, and marked.
 
-Row = tuple[str, str]
-
 SHARP = np.radians(45.0)
 """Angle between the normals on both sides of an edge beyond which it counts as sharp."""
 
@@ -223,7 +221,7 @@ CROSSING_DEPTH = 0.4
 (tests/verification/test_body_contact_in_space.py)."""
 
 
-def acting(loaded: LoadedScene, model: Model) -> list[Row]:
+def acting(loaded: LoadedScene, model: Model) -> list[tuple[str, str]]:
     """Return the loads, supports, walls and contact of a scene as (title, text) pairs.
 
     Parameters
@@ -255,12 +253,12 @@ def acting(loaded: LoadedScene, model: Model) -> list[Row]:
     ]
 
 
-def not_read(model: Model) -> list[Row]:
+def not_read(model: Model) -> list[tuple[str, str]]:
     """Return the unsupported keywords of mesh files, as (body, keywords) pairs."""
     return [(f"body '{b.name}'", ", ".join(b.not_read)) for b in model.bodies if b.not_read]
 
 
-def _loads(loaded: LoadedScene, model: Model) -> Iterator[Row]:
+def _loads(loaded: LoadedScene, model: Model) -> Iterator[tuple[str, str]]:
     """Yield a row for each load of the scene, or the row "none"."""
     remarks = model.named_loads
     trees = entries(loaded.tree, "loads")
@@ -285,7 +283,7 @@ def _gravity(loaded: LoadedScene, model: Model) -> str:
     )
 
 
-def _held(loaded: LoadedScene) -> Iterator[Row]:
+def _held(loaded: LoadedScene) -> Iterator[tuple[str, str]]:
     for name, body in loaded.scene.bodies.items():
         if body.fixed:
             yield "held", (f"{', '.join(f'{name}.{one}' for one in body.fixed)}, in all directions")
@@ -299,7 +297,7 @@ def _held(loaded: LoadedScene) -> Iterator[Row]:
         yield f"tie '{name}'", phrase(tree)
 
 
-def _contact(loaded: LoadedScene) -> Iterator[Row]:
+def _contact(loaded: LoadedScene) -> Iterator[tuple[str, str]]:
     scene = loaded.scene
     contact, touching = scene.contact, scene.contact.self_contact
     outlines = [name for name, rigid in scene.rigid_bodies.items() if rigid.supports]
@@ -336,7 +334,7 @@ def _contact(loaded: LoadedScene) -> Iterator[Row]:
         yield f"adhesion '{name}'", phrase(tree)
 
 
-def _crossing_edges(model: Model) -> Iterator[Row]:
+def _crossing_edges(model: Model) -> Iterator[tuple[str, str]]:
     """Yield a warning if sharp edges of several bodies in space may cross: contact misses that."""
     data = model.self_contact
     if data is None or model.dimension == 2:

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from softsim.errors import ModesError, Option, SceneError, StabilityError
 from softsim.options import Device, DeviceName, Overrides, ScenePath, Threads, explained
-from softsim.report.table import Cell, Table, cell
+from softsim.report.table import Row, Table, cell
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.compute.machine import Choice
@@ -315,7 +315,7 @@ def _rows(
     axes = "xyz"[: computed[0][1].body.points.shape[1]]
     head = ["mode", "frequency [Hz]", "dynamic_frequency [Hz]", "damping_ratio"]
     head += [f"effective_mass_{axis}" for axis in axes]
-    rows: list[list[Cell | str]] = []
+    rows: list[Row] = []
     for k, (value, modes) in enumerate(computed):
         for number, mode in enumerate(modes.loaded, start=1):
             first = [cell(value, ".8g"), cell(lines[k][number - 1] + 1)] if load else []
@@ -331,7 +331,7 @@ def _response_rows(responses: "list[MotorResponse]") -> str:
     head = ["motor", "frequency [Hz]", "force [N]", "contact_changes"]
     for column in columns:
         head += [f"{column} amplitude [{responses[0].units[column]}]", f"{column} phase [deg]"]
-    rows: list[list[Cell | str]] = []
+    rows: list[Row] = []
     for response in responses:
         for k, frequency in enumerate(response.frequencies):
             cells = [cell(number, ".8g") for number in (frequency, response.force[k])]

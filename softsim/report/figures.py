@@ -65,7 +65,7 @@ from softsim.report.snapshots import (
     state,
 )
 from softsim.report.style import PAGE_WIDTH, STYLE
-from softsim.report.table import Table, cell
+from softsim.report.table import Row, Table, cell
 from softsim.units import size_of, usual_unit
 
 # -------------------------------------------------------------------------------------------------
@@ -304,7 +304,7 @@ def segments(report: Mapping[str, Any]) -> Table:
 
     report: `layout` of the summary. Cells of segments that were not reached are empty.
     """
-    rows = []
+    rows: list[Row] = []
     for segment in report["segments"]:
         numbers = [
             cell(None if segment[name] is None else segment[name] * factor, written)

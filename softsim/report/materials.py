@@ -19,7 +19,7 @@ from softsim.materials.library import Silicone, SiliconeSource
 from softsim.materials.tensile import TensileTest
 from softsim.report.diagram import FLAT, POINTS, TALL, Diagram, Panel, PlotAxis, PlotSeries, Scale
 from softsim.report.style import BLUE, COLOURS, INK, ORANGE, QUIET, RED
-from softsim.report.table import Cell, Table, cell
+from softsim.report.table import Row, Table, cell
 
 # -------------------------------------------------------------------------------------------------
 # Sources of a silicone: table of the library, curves in one figure, comparison with a test.
@@ -46,7 +46,7 @@ def sources_table(silicone: Silicone) -> Table:
         if not spread.agrees:
             caption += "; fit a test of your own batch with softsim fit-material"
     has_batches = any(source.spec.batch for source in silicone.sources)
-    rows: list[list[Cell | str]] = []
+    rows: list[Row] = []
     for source in silicone.sources:
         mu0, spec = source.initial_shear_modulus, source.spec
         rows.append([

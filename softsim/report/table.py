@@ -30,6 +30,10 @@ def cell(value: float | str | None, written: str = ".4g", unit: str = "") -> Cel
     return Cell((text.lstrip("-") if is_zero else text) + unit, float(value))
 
 
+Row = Sequence[Cell | str]
+"""Row of a table."""
+
+
 @dataclass(frozen=True)
 class Table:
     """Table of rows with as many cells or texts each.
@@ -38,7 +42,7 @@ class Table:
     and texts.
     """
 
-    rows: Sequence[Sequence[Cell | str]]
+    rows: Sequence[Row]
     headings: Sequence[str] = ()
     caption: str = ""
     title: str = ""

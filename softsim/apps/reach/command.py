@@ -15,7 +15,7 @@ from softsim.options import (
     Workers,
     explained,
 )
-from softsim.report.table import Table, cell
+from softsim.report.table import Row, Table, cell
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.apps.reach.running import Plan, Search
@@ -84,7 +84,9 @@ def reach(
 
 def _tell_plan(asked: "list[Search]", console: Console) -> None:
     """Print the pipes in which the pull of the robot is measured and the number of trials."""
-    rows = [[search.pipe.name, cell(len(search.trials)), cell(search.left)] for search in asked]
+    rows: list[Row] = [
+        [search.pipe.name, cell(len(search.trials)), cell(search.left)] for search in asked
+    ]
     console.print(Table(rows, ["pipe", "stored trials", "remaining, at most"]))
 
 

@@ -48,7 +48,7 @@ from softsim.report.study.findings import (
     written,
 )
 from softsim.report.style import BLUE, COLOURS, ORANGE, QUIET, RED, SKY
-from softsim.report.table import Cell, Table, cell
+from softsim.report.table import Row, Table, cell
 from softsim.study.axes import Goal, Plot, StudyAxis
 from softsim.study.cases import DONE, FAILED, LOST, PRUNED, WAITING
 
@@ -574,7 +574,7 @@ def reasons_of(findings: Findings) -> Table | None:
     """Return the reasons of failed cases, the most frequent first; None if no case failed."""
     failed = findings.table.filter(polars.col("status").is_in([FAILED, LOST]))
     groups = failed.group_by("reason", maintain_order=True).agg("case")
-    rows: list[list[Cell | str]] = []
+    rows: list[Row] = []
     for reason, cases in sorted(groups.iter_rows(), key=lambda group: -len(group[1])):
         named = ", ".join(map(str, cases[:MOST_NAMED])) + " ..." * (len(cases) > MOST_NAMED)
         rows.append([reason or "no reason recorded", cell(len(cases), "d"), named])
