@@ -18,8 +18,8 @@ STUDY_MODELS = {"chain": "softsim.apps.chain.running:ChainSource"}
 """Value of a study's `model` -> subclass of `Source`. The command of that name runs its files."""
 
 DRAWINGS = (
-    "softsim.apps.chain.report:redraw_chain",
-    "softsim.apps.reach.report:redraw_reach",
+    "softsim.apps.chain.report:draw_chain",
+    "softsim.apps.reach.report:draw_reach",
 )
 """Functions that redraw the figure in a folder and return its path.
 

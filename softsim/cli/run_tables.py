@@ -15,7 +15,7 @@ from softsim.mesh.quality import quality
 from softsim.mesh.surface import sharp_edges
 from softsim.model import Body, Model
 from softsim.options import rows_of_sets
-from softsim.report.figures import bookkeeping, duration, findings
+from softsim.report.figures import COMPUTED, duration, findings, written
 from softsim.report.table import Cell, Row, Table, cell
 from softsim.run.equilibrium import MotorResponse
 from softsim.run.pilot import Duration
@@ -32,7 +32,7 @@ def summary_table(summary: Mapping[str, Any], units: Mapping[str, str]) -> Table
 
     units: column of the history -> unit.
     """
-    lines = [*findings(summary, units), *bookkeeping(summary)]
+    lines = [*findings(summary, units), *written(summary, COMPUTED)]
     rows = [(line.name, line.value) for line in lines]
     warned = len(summary.get("warnings", []))
     if warned:

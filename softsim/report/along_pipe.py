@@ -353,13 +353,13 @@ def robots(
         float(s[-1]),
         f"{time[-1]:.1f} s",
         ENDS[report["verdict"]],
-        nearest(frames, time[-1]),
+        int(np.argmin(np.abs(frames.times - time[-1]))),
     )
     found = [end]
     middles = [0.5 * (g["start"] + g["end"]) * MILLI for g in report["segments"]]
     for place in places(float(s[0]), float(s.max()), middles, apart):
         when = float(time[np.argmax(s >= place)])
-        frame = nearest(frames, when)
+        frame = int(np.argmin(np.abs(frames.times - when)))
         at = float(np.interp(frames.times[frame], time, s))
         if all(abs(at - other.place) >= 0.9 * apart for other in found):
             label = f"{frames.times[frame]:.1f} s"
@@ -389,11 +389,6 @@ def places(start: float, farthest: float, wanted: list[float], apart: float) -> 
             break
         chosen.append(0.5 * (taken[widest] + taken[widest + 1]))
     return sorted(chosen[: MOST_MOMENTS - 1])
-
-
-def nearest(frames: Frames, time: float) -> int:
-    """Return the index of the stored frame nearest to a time [s]."""
-    return int(np.argmin(np.abs(frames.times - time)))
 
 
 # -------------------------------------------------------------------------------------------------

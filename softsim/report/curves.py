@@ -127,21 +127,19 @@ def curves_of(history: History, units: Mapping[str, str]) -> dict[str, list[Plot
     for column, unit in units.items():
         if is_probe(column) and has(history, column):
             columns.setdefault(unit, []).append(column)
-    return {unit: _curves(history, names, unit) for unit, names in columns.items()}
-
-
-def _curves(history: History, columns: list[str], unit: str) -> list[PlotSeries]:
-    factor = QUANTITIES.get(unit, ("", 1.0, unit))[1]
-    sizes = {column: float(np.nanmax(np.abs(history[column]))) for column in columns}
-    colours: dict[str, str] = {}
-    curves = []
-    for column in columns:
-        name, axis = name_and_axis(column, unit)
-        if sizes[column] >= UNSEEN * max(sizes.values()):
-            colour = colours.setdefault(name, COLOURS[len(colours) % len(COLOURS)])
-            label = f"{name} {axis}".rstrip()
-            values = history[column] * factor
-            curves.append(PlotSeries(label, history["time"], values, colour, LINES[axis]))
+    curves: dict[str, list[PlotSeries]] = {}
+    for unit, names in columns.items():
+        factor = QUANTITIES.get(unit, ("", 1.0, unit))[1]
+        sizes = {column: float(np.nanmax(np.abs(history[column]))) for column in names}
+        colours: dict[str, str] = {}
+        curves[unit] = []
+        for column in names:
+            name, axis = name_and_axis(column, unit)
+            if sizes[column] >= UNSEEN * max(sizes.values()):
+                colour = colours.setdefault(name, COLOURS[len(colours) % len(COLOURS)])
+                label, values = f"{name} {axis}".rstrip(), history[column] * factor
+                series = PlotSeries(label, history["time"], values, colour, LINES[axis])
+                curves[unit].append(series)
     return curves
 
 

@@ -217,11 +217,6 @@ def findings(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[L
     yield from written(summary, FOUND)
 
 
-def bookkeeping(summary: Mapping[str, Any]) -> Iterator[Line]:
-    """Yield how a run was computed: time, size, rate and energy error."""
-    yield from written(summary, COMPUTED)
-
-
 def written(summary: Mapping[str, Any], entries: Mapping[str, Entry]) -> Iterator[Line]:
     """Yield the lines of the entries that a summary has values for."""
     for key, entry in entries.items():

@@ -84,7 +84,9 @@ def sources_diagram(silicone: Silicone, test: TensileTest | None = None) -> Diag
     for source, colour in zip(silicone.sources, cycle(COLOURS), strict=False):
         end, kind = source.strain_range or DRAWN_RANGE, "-" if source.strain_range else "--"
         stretch = 1.0 + np.linspace(0.0, end, SOURCE_POINTS)
-        curves = [(_label(source), stretch, UNIAXIAL.nominal_stress(source.law, stretch), kind)]
+        authors = source.spec.citation.split(",")[0].split(" (")[0]
+        P = UNIAXIAL.nominal_stress(source.law, stretch)
+        curves = [(f"{source.name}: {authors}", stretch, P, kind)]
         if source.spec.points:
             points = np.array(source.spec.points)
             curves.append(("", points[:, 0], points[:, 1], POINTS))
@@ -105,12 +107,6 @@ def sources_diagram(silicone: Silicone, test: TensileTest | None = None) -> Diag
     ]
     remark = f"{silicone.title}: uniaxial tension"
     return Diagram("Sources", Scale("stretch [-]"), panels, remark)
-
-
-def _label(source: SiliconeSource) -> str:
-    """Return the name and the authors of a source for the legend."""
-    authors = source.spec.citation.split(",")[0].split(" (")[0]
-    return f"{source.name}: {authors}"
 
 
 def _apparent_modulus(stretch: np.ndarray, stress: np.ndarray) -> np.ndarray:

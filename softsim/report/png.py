@@ -106,8 +106,8 @@ def draw_panels(grid: Sequence[Axes], diagram: Diagram) -> None:
         sides = draw_panel(axes, panel, int(HIGH * panel.height))
         for place in diagram.bounds:
             axes.axvline(place, color=QUIET, linestyle=":", linewidth=0.9)
-        if len(grid) > 1:
-            legend_above(axes, panel, sides)
+        if len(grid) > 1 and panel.has_legend:
+            legend(axes, named(sides), loc="lower left", bbox_to_anchor=(0.0, 1.0))
     along_x(grid[-1], diagram.x)
     write_values(grid[0], diagram.panels[0])
     if diagram.over_time and diagram.span[0] < diagram.span[1]:
@@ -312,12 +312,6 @@ def add_bar(figure: Figure, panel: Panel, grid: np.ndarray) -> None:
         bar.minorticks_off()
     elif scale.whole and not scale.logarithmic:
         bar.locator = MaxNLocator(integer=True)
-
-
-def legend_above(axes: Axes, panel: Panel, sides: Sequence[Axes]) -> None:
-    """Add the legend of both sides above a panel, if it needs one."""
-    if panel.has_legend:
-        legend(axes, named(sides), loc="lower left", bbox_to_anchor=(0.0, 1.0))
 
 
 def add_legend(figure: Figure, panel: Panel) -> None:

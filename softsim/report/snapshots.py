@@ -187,7 +187,17 @@ def draw_snapshots(
         (" and ".join(names), state(frames.times[index], time, pressure))
         for index, names in shown.items()
     ]
-    _draw(pictures(frames, list(shown), field), titles, FIELDS[field].label, path)
+    body = pictures(frames, list(shown), field)
+    grid = arranged(len(titles), body.view)
+    one_line = max(len(name + now) for name, now in titles) + 2 <= LETTERS_AN_INCH * grid.width
+    between = ": " if one_line else "\n"
+    height = grid.rows * (grid.height + (0.3 if one_line else 0.45)) + 0.95
+    colours, extend = shared_scale(body.values)
+    with drawing(path, height) as figure:
+        panels = panels_for(figure, body, grid, list(map(between.join, titles)))
+        for number, axes in enumerate(panels.flat[: len(titles)]):
+            body.draw(axes, number, colours)
+        add_scale(figure, panels, colours, extend, FIELDS[field].label)
 
 
 def frames_at(moments: list[Moment], times: np.ndarray) -> dict[int, list[str]]:
@@ -213,19 +223,6 @@ def state(at: float, time: np.ndarray, pressure: np.ndarray | None) -> str:
         return f"{at:.3g} s"
     now = round(float(np.interp(at, time, pressure)) / 1e3, 2) + 0.0  # no "-0.00"
     return f"{at:.3g} s, {now:.2f} kPa"
-
-
-def _draw(body: Pictures, titles: list[tuple[str, str]], label: str, path: Path) -> None:
-    grid = arranged(len(titles), body.view)
-    one_line = max(len(name + state) for name, state in titles) + 2 <= LETTERS_AN_INCH * grid.width
-    between = ": " if one_line else "\n"
-    height = grid.rows * (grid.height + (0.3 if one_line else 0.45)) + 0.95
-    colours, extend = shared_scale(body.values)
-    with drawing(path, height) as figure:
-        panels = panels_for(figure, body, grid, list(map(between.join, titles)))
-        for number, axes in enumerate(panels.flat[: len(titles)]):
-            body.draw(axes, number, colours)
-        add_scale(figure, panels, colours, extend, label)
 
 
 def panels_for(

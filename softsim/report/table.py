@@ -66,7 +66,7 @@ class Table:
             column = columns[k] if columns else ()
             has_numbers = all(one.value is not None or not one.text for one in column)
             grid.add_column(
-                Text(in_lines(heading) if has_numbers else heading),
+                Text(heading_lines(heading) if has_numbers else heading),
                 justify="right" if has_numbers else "left",
                 no_wrap=has_numbers or (k == 0 and bool(self.headings)),
                 overflow="fold",
@@ -81,7 +81,7 @@ class Table:
         return "".join(f"{','.join(line)}\n" for line in lines)
 
 
-def in_lines(heading: str) -> str:
+def heading_lines(heading: str) -> str:
     """Return a heading of numbers with a word a line and its unit last, unless it has lines."""
     if "\n" in heading:
         return heading

@@ -161,7 +161,9 @@ def draw_responses(found: Sequence[MotorResponse], path: Path) -> None:
                 axes.legend(loc="upper right")
             column[-1].set(xlabel="frequency [Hz]", ylabel="phase [deg]", ylim=(-190.0, 190.0))
             column[-1].set_yticks([-180.0, -90.0, 0.0, 90.0, 180.0])
-            column[0].set_title(f"{response.motor}: {_forces(response)}")
+            low, high = (format_quantity(float(response.force[k]), "N") for k in (0, -1))
+            force = low if low == high else f"{low} to {high}"
+            column[0].set_title(f"{response.motor}: force {force}")
             for axes in column:
                 axes.axvline(response.own_frequency, color=INK, linestyle="--", linewidth=1.0)
                 for k in np.flatnonzero(response.contact_changes):
@@ -170,9 +172,3 @@ def draw_responses(found: Sequence[MotorResponse], path: Path) -> None:
                 column[-1].set_title(
                     "grey: contact opens, closes or begins to slip, the response is not valid"
                 )
-
-
-def _forces(response: MotorResponse) -> str:
-    """Return the range of the amplitude of a motor's force as text."""
-    low, high = (format_quantity(float(f), "N") for f in (response.force[0], response.force[-1]))
-    return f"force {low}" if low == high else f"force {low} to {high}"

@@ -475,10 +475,7 @@ class Study:
         OutputError
             The folder holds no study.
         """
-        from softsim.report.study.plots import (
-            draw_study,  # imports matplotlib
-            write_study_page,
-        )
+        from softsim.report.study.plots import draw_study, write_study_page  # imports matplotlib
 
         folder = Path(out or Path("runs") / self.loaded.path.stem)
         draw_study(folder)

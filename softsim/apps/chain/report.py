@@ -24,60 +24,40 @@ SHOWN_TURNS = 6
 """Number of motor revolutions at the end of the run that are plotted in detail."""
 
 
-def draw_chain(folder: Path) -> Path:
-    """Draw the figure of a chain as PNG and return the file.
+def draw_chain(folder: Path) -> Path | None:
+    """Draw the figure of a folder of `softsim chain` and return it; None for other folders.
 
     It shows the displacement of the head and its mean speed, or the tracks of two sides; the
     last steps in x and in z; and the fraction of time that each node touches the ground. Raises
-    OutputError if the folder has no results of a chain, or the file cannot be written.
+    OutputError if the file cannot be written.
     """
-    summary, history = read_summary(folder), read_history(folder / HISTORY)
-    draw = _draw_in_space if "curvature" in summary else _draw_in_plane
-    draw(folder / FIGURE, summary, history)
+    summary = read_summary(folder)
+    if summary.get("model") != MODEL:
+        return None
+    history = read_history(folder / HISTORY)
+    t, heads = history["time"], summary["heads"]
+    last = t >= t[-1] - SHOWN_TURNS / summary["motor_frequency"]
+    is_plane = "curvature" not in summary
+    names: Sequence[str] = SIDES
+    nodes: Sequence[int] = heads
+    heights = [3.0, 3.0, 3.0, 1.8] if is_plane else [5.0, 2.2, 2.6]
+    with drawing(folder / FIGURE, 7.2 if is_plane else 8.6) as figure:
+        *upper, lines, contact = figure.subplots(len(heights), height_ratios=heights)
+        if is_plane:
+            names, nodes = node_names(summary), range(1, summary["node_count"] + 1)
+            _draw_way(upper[0], t, history[f"x{heads[0]}"] * MILLI, summary["speed"])
+            _draw_steps(upper[1], heads[0], {name: of[last] for name, of in history.items()})
+        else:
+            _draw_tracks(upper[0], summary, history)
+        z = _columns(history, "z", nodes)
+        _draw_heights(lines, t[last] * MILLI, z[last] * MILLI, names)
+        _draw_contact(contact, summary)
+        if is_plane:
+            figure.align_ylabels()
     return folder / FIGURE
 
 
-def redraw_chain(folder: Path) -> Path | None:
-    """Draw the figure of a folder of `softsim chain`, as `draw_chain`; None for other folders."""
-    return draw_chain(folder) if read_summary(folder).get("model") == MODEL else None
-
-
-def _draw_in_plane(
-    path: Path, summary: Mapping[str, Any], history: Mapping[str, np.ndarray]
-) -> None:
-    t, (head,) = history["time"], summary["heads"]
-    last = _last_turns(t, summary)
-    with drawing(path, height=7.2) as figure:
-        way, steps, heights, contact = figure.subplots(4, height_ratios=[3, 3, 3, 1.8])
-        _draw_way(way, t, history[f"x{head}"] * MILLI, summary["speed"])
-        _draw_steps(steps, head, {name: column[last] for name, column in history.items()})
-        z = _columns(history, "z", range(1, summary["node_count"] + 1))
-        _draw_heights(heights, t[last] * MILLI, z[last] * MILLI, node_names(summary))
-        _draw_contact(contact, summary)
-        figure.align_ylabels()
-
-
-def _draw_in_space(
-    path: Path, summary: Mapping[str, Any], history: Mapping[str, np.ndarray]
-) -> None:
-    t, heads = history["time"], summary["heads"]
-    last = _last_turns(t, summary)
-    with drawing(path, height=8.6) as figure:
-        tracks, heights, contact = figure.subplots(3, height_ratios=[5, 2.2, 2.6])
-        _draw_tracks(tracks, summary, history)
-        z = _columns(history, "z", heads)
-        _draw_heights(heights, t[last] * MILLI, z[last] * MILLI, SIDES)
-        _draw_contact(contact, summary)
-
-
-def _last_turns(t: np.ndarray, summary: Mapping[str, Any]) -> np.ndarray:
-    """Return a mask (rows,) of the last SHOWN_TURNS revolutions of the motor."""
-    return t >= t[-1] - SHOWN_TURNS / summary["motor_frequency"]
-
-
-def _columns(
-    history: Mapping[str, np.ndarray], axis: str, nodes: Sequence[int] | range
-) -> np.ndarray:
+def _columns(history: Mapping[str, np.ndarray], axis: str, nodes: Sequence[int]) -> np.ndarray:
     """Return the coordinates (rows, nodes) [m] of some nodes along an axis."""
     return np.column_stack([history[f"{axis}{node}"] for node in nodes])
 

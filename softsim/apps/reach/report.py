@@ -27,13 +27,10 @@ def read_reach(folder: Path) -> dict[str, Any]:
     return read_json(folder / ANSWER, "repeat the command to write it again")
 
 
-def redraw_reach(folder: Path) -> Path | None:
-    """Draw the figure of a folder of `softsim reach`, as `draw_reach`; None for other folders."""
-    return draw_reach(folder) if (folder / ANSWER).is_file() else None
-
-
-def draw_reach(folder: Path) -> Path:
-    """Draw the result in a folder of softsim reach; return the figure."""
+def draw_reach(folder: Path) -> Path | None:
+    """Draw the figure of a folder of `softsim reach` and return it; None for other folders."""
+    if not (folder / ANSWER).is_file():
+        return None
     found, path = read_reach(folder), folder / FIGURE
     exits = found["exits"]
     with drawing(path, 2.9 + 2.3 * len(exits)) as figure:

@@ -151,17 +151,6 @@ def line_traces(frames: Frames, chosen: np.ndarray) -> dict[str, list[AnimatedTr
     return found
 
 
-def plane_layout(frames: Frames, field: str) -> Trace:
-    """Return the axes of a plane picture, and the axis of symmetry of a half section."""
-    labels = plane_picture(frames, [0], field).labels
-    return {
-        "xaxis": {"title": {"text": labels[0]}},
-        "yaxis": {"title": {"text": labels[1]}, "scaleanchor": "x"},
-        "shapes": MIRROR if is_axisymmetric(frames) else (),
-        "dragmode": "pan",
-    }
-
-
 def walls_move(frames: Frames, chosen: np.ndarray) -> bool:
     """Return True if a wall is displaced in one of the chosen frames."""
     if "wall_offset" not in frames.extra:
@@ -320,7 +309,13 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
     if d == 2:
         walls = np.zeros((0, 6))
         parts = list(plane_parts(frames, chosen, field, everywhere))
-        layout = plane_layout(frames, field)
+        labels = plane_picture(frames, [0], field).labels
+        layout = {
+            "xaxis": {"title": {"text": labels[0]}},
+            "yaxis": {"title": {"text": labels[1]}, "scaleanchor": "x"},
+            "shapes": MIRROR if mirrored else (),
+            "dragmode": "pan",
+        }
     else:
         walls = flat_walls(frames, corners_of_box(everywhere), 0)
         parts = list(space_parts(frames, chosen, everywhere, len(walls)))

@@ -23,14 +23,15 @@ from softsim.report.along_pipe import way
 from softsim.report.curves import chamber_pressures, pressurised, signals
 from softsim.report.diagram import MILLI
 from softsim.report.figures import (
+    COMPUTED,
     Recorded,
-    bookkeeping,
     duration,
     findings,
     recorded,
     recorded_steps,
     segments,
     steps_diagram,
+    written,
 )
 from softsim.report.page.charts import chart_of
 from softsim.report.page.robot import animation
@@ -214,7 +215,7 @@ def run_context(folder: Path) -> dict[str, Any]:
         "measures": [
             line for line in findings(run.summary, run.units) if line.name not in SAID_ABOVE
         ],
-        "computed": list(bookkeeping(run.summary)),
+        "computed": list(written(run.summary, COMPUTED)),
         "segments": None if run.layout is None else segments(run.layout),
         "layout": run.layout,
         "charts": list(map(chart_of, curves)),

@@ -361,19 +361,15 @@ def _marked(
     colours: tuple[Scale, np.ndarray] | None = None, said: str = "",
 ) -> Diagram:  # fmt: skip
     """Return a diagram with the best point and the marks of cases without a result."""
-    has_edge = x.axis in findings.factors or x is TRIAL
-    edges = tuple(_edges(findings, x)) if has_edge else ()
+    edges = []
+    for word, (statuses, marker, colour) in WITHOUT_RESULT.items():
+        rows = findings.table.filter(polars.col("status").is_in(statuses))
+        if rows.height and (x.axis in findings.factors or x is TRIAL):
+            places, cases = x.places(rows[x.axis.column]), rows["case"].to_numpy()
+            edges.append(EdgeMarks(f"{rows.height} {word}", marker, colour, places, cases))
     best = best_point(findings, x, y)
     panel = Panel(PlotAxis(y, series), None, None, edges, best, colours, TALL)
     return Diagram(f"{y.title} over {x.title}", x, (panel,), said)
-
-
-def _edges(findings: Findings, x: AxisScale) -> Iterator[EdgeMarks]:
-    for word, (statuses, marker, colour) in WITHOUT_RESULT.items():
-        rows = findings.table.filter(polars.col("status").is_in(statuses))
-        if rows.height:
-            places, cases = x.places(rows[x.axis.column]), rows["case"].to_numpy()
-            yield EdgeMarks(f"{rows.height} {word}", marker, colour, places, cases)
 
 
 def _suited(findings: Findings, plot: Plot) -> Plot:
