@@ -417,7 +417,11 @@ class HalfSection(Section):
     def flat_solids(self, view: np.ndarray, number: int) -> list[WallSolid]:
         """Return the part of each wall's solid at positive x, and its mirror image."""
         walls = self.walls[number][: len(self.walls[number]) // 2]
-        right = [right_half(solid_behind(wall, view)) for wall in walls]
+        right = []
+        for solid in (solid_behind(wall, view) for wall in walls):
+            around = np.stack([solid.outline, np.roll(solid.outline, -1, axis=0)], axis=1)
+            face = right_of_axis(solid.face[None]).reshape(-1, 2)
+            right.append(WallSolid(right_of_axis(around).reshape(-1, 2), face))
         return right + [WallSolid(mirrored(s.outline), mirrored(s.face)) for s in right]
 
     def seen_lines(self, lines: np.ndarray) -> np.ndarray:
@@ -458,13 +462,6 @@ def right_of_axis(lines: np.ndarray) -> np.ndarray:
     x, way = lines[:, :, 0], lines[:, 1] - lines[:, 0]
     cut = lines[:, 0] - way * (x[:, 0] / np.where(way[:, 0] == 0.0, 1.0, way[:, 0]))[:, None]
     return np.where((x < 0.0)[..., None], cut[:, None], lines)
-
-
-def right_half(solid: WallSolid) -> WallSolid:
-    """Return the part of a convex solid at positive x."""
-    around = np.stack([solid.outline, np.roll(solid.outline, -1, axis=0)], axis=1)
-    outline = right_of_axis(around).reshape(-1, 2)
-    return WallSolid(outline, right_of_axis(solid.face[None]).reshape(-1, 2))
 
 
 def ends(boundary: np.ndarray) -> np.ndarray:

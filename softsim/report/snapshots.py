@@ -115,7 +115,11 @@ def onset_of_motion(displacement: np.ndarray) -> int | None:
     """
     if len(displacement) < 2 or not np.isfinite(displacement).all():
         return None
-    smooth = _moving_average(displacement, max(len(displacement) // SMOOTHING, 1))
+    window = max(len(displacement) // SMOOTHING, 1)
+    # The ends are extended by the mean of a window there, because an end value may be a peak.
+    around = window // 2, (window - 1) // 2
+    padded = np.pad(displacement, around, mode="mean", stat_length=window)
+    smooth = np.convolve(padded, np.full(window, 1.0 / window), mode="valid")
     swing = float(np.quantile(np.abs(displacement - smooth), 0.99))
     away = smooth - smooth[0]
     away = away * np.sign(away[np.argmax(np.abs(away))])
@@ -130,15 +134,6 @@ def onset_of_motion(displacement: np.ndarray) -> int | None:
 def _first(condition: np.ndarray) -> int:
     """Return the index of the first true value, or the length if there is none."""
     return int(np.argmax(condition)) if condition.any() else len(condition)
-
-
-def _moving_average(values: np.ndarray, window: int) -> np.ndarray:
-    """Return the mean over `window` values around each value.
-
-    The ends are extended by the mean of a window there, because an end value may be a peak.
-    """
-    padded = np.pad(values, (window // 2, (window - 1) // 2), mode="mean", stat_length=window)
-    return np.convolve(padded, np.full(window, 1.0 / window), mode="valid")
 
 
 AT_ONCE = 0.02

@@ -304,7 +304,9 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
     near = with_surroundings(frames, field, around_it, origins[0])
     outward = np.zeros(d)
     if failed is not None:
-        middles = last_known(every, frames.cells[failed])
+        middles = every[:, frames.cells[failed]].mean(axis=1)
+        known = np.isfinite(middles).all(axis=1)  # else the centre is that of the frame before
+        middles = middles[np.maximum.accumulate(np.where(known, np.arange(len(middles)), 0))]
         outward = middles[-1] - origins[-1]
     if d == 2:
         walls = np.zeros((0, 6))
@@ -423,13 +425,3 @@ def most_deformed(values: np.ndarray) -> int:
     known = np.isfinite(values)
     means = np.abs(np.where(known, values, 0.0)).sum(axis=1) / known.sum(axis=1).clip(1)
     return int(np.flatnonzero(means == means.max())[-1])
-
-
-def last_known(places: np.ndarray, cell: np.ndarray) -> np.ndarray:
-    """Return the centre (f, d) of a cell in frames with node positions (f, n, d).
-
-    A centre that is not finite is replaced by that of the frame before.
-    """
-    middles = places[:, cell].mean(axis=1)
-    known = np.isfinite(middles).all(axis=1)
-    return middles[np.maximum.accumulate(np.where(known, np.arange(len(middles)), 0))]
