@@ -24,7 +24,6 @@ from softsim.report.page.run import (
     verdicts,
     write_run_page,
 )
-from softsim.report.table import cell
 from softsim.robots.block import block
 
 DONE = {"status": "done", "simulated_time": 4.0, "wall_time": 100.0, "title": "strip"}
@@ -111,10 +110,6 @@ def test_readings_are_the_history_at_the_times_of_the_frames(folder: Path) -> No
     assert np.interp(1.0, animation["times"], pressure["values"]) == pytest.approx(5.0)
     assert (place["name"], place["unit"]) == ("displacement in x", "mm")
     assert place["values"][-1] == pytest.approx(8.0, abs=0.2)
-
-
-def test_nothing_has_no_sign() -> None:
-    assert [cell(value, ".2f").text for value in (-0.001, -0.2, 0.0)] == ["0.00", "-0.20", "0.00"]
 
 
 def test_a_layout_has_its_verdict_its_segments_and_its_way(tmp_path: Path) -> None:
