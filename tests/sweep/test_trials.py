@@ -104,8 +104,9 @@ def seen(condition, speed, rows=100):
     for k in range(rows + 1):
         share = k / rows
         condition.see_row({
-            "time": END * share, "body_x": speed * END * share, "rows_in_contact": 0.0,
-            "slip_share": 0.0, "wall_force_normal": 0.0, "cycles_done": 0.0, "contact_area": 0.0,
+            "time": END * share, "body_x": speed * END * share, "body_y": 0.0,
+            "rows_in_contact": 0.0, "slip_share": 0.0, "wall_force_normal": 0.0,
+            "cycles_done": 0.0, "contact_area": 0.0,
         })  # fmt: skip
         if condition.is_over:
             break
