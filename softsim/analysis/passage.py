@@ -2,7 +2,8 @@
 
 The verdict on a passage is passed, stuck, or unfinished. It is decided row by row. A robot moves
 forward in jerks and is drawn back by a millimetre or two whenever the air leaves, so the farthest
-position that it has reached counts.
+position that it has reached counts. The place in a verdict ("in the elbow") is the scene's own text
+of a segment.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -179,7 +180,7 @@ PATH_COLUMNS = {
 def path_readings(
     scenario: Scenario, passage: Passage, centre: np.ndarray, interval: float
 ) -> dict[str, float]:
-    """Return the current values of COLUMNS.
+    """Return the current values of the PATH_COLUMNS.
 
     centre: of the body (d,) [m]. interval: time since the impulses were cleared [s].
     """

@@ -38,7 +38,7 @@ class Stage(IntEnum):
     STRESS = 6  # forces, from deformation and pressures
     LIST = 7  # who touches whom among surfaces
     GATHER = 8  # forces on facets, from the nodes that touch them
-    PULL = 9  # forces on what STRESS has strained beside the corners
+    PULL = 9  # forces of the hoop stress on nodes opposite to those of the element (ring sections)
     HAND_OVER = 10  # what acts on tied nodes, onto the corners of their facets
 
 

@@ -20,7 +20,7 @@ from softsim.contact.pipe_path import BEND, FACE, PipePath, Segment
 from softsim.contact.wall import Obstacle, Wall
 
 # -------------------------------------------------------------------------------------------------
-# Branching pipes in kernels: the gap of contact/pipe_network.py, tracked node by node.
+# Branching pipes in kernels: the gap, tracked node by node.
 #
 # Each node stores the segment of each bore that it is beside, and moves to a neighbour when it has
 # passed the plane at an end of it: two scalar products find the segment, wherever the path leads.

@@ -173,8 +173,9 @@ class Obstacle:
     def may_touch(self, s, i, q, reach: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
         """Return 0 if the gaps of contact node i at q exceed `reach` [m], now and at the last call.
 
-        Else return 1; 0 saves the computation of the gaps. It is called once an increment, so a
-        wall may update its data of the node here. reach: the largest gap at which forces act, a
+        Else return 1; 0 saves the computation of the gaps. The last call counts so that the end of
+        a contact is noticed. It is called once an increment, so a wall may update its data of the
+        node here. reach: the largest gap at which forces act, a
         constant. Walls with a cheap gap always return 1.
         """
         return 1

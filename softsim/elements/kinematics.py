@@ -260,7 +260,7 @@ def inverse_cube_root(J):
 # With W1, W2 the slopes of W(I1_bar, I2_bar) and C_bar = r2 C the fictitious second Piola-Kirchhoff
 # stress is (Holzapfel 2000, Nonlinear Solid Mechanics, section 6.5)
 #     2 dW/dC_bar = 2 (W1 + I1_bar W2) I - 2 W2 I C_bar I,    I2_bar = (I1_bar^2 - tr C_bar^2) / 2,
-# less a multiple of C_bar^-1, which the deviator of the stress has none of.
+# without its multiple of C_bar^-1: that part is volumetric and drops out of the stress deviator.
 
 
 def _erfc_terms(degree: int) -> list[float]:

@@ -4,9 +4,8 @@ Each Maxwell branch (Linder, Tkachuk, Miehe 2011, J. Mech. Phys. Solids 59:2134-
 metric A, at rest the inverse of C_bar:
     energy   mu/2 (A : C_bar - 3 - ln det A),    dA/dt = (C_bar^-1 - A) / tau,
     dissipation  mu/(2 tau) (A : C_bar + A^-1 : C_bar^-1 - 6) >= 0.
-After a sudden stretch the branch stress decays as exp(-t / tau). The increments in
-which a branch relaxes follow from elements/material_points.py; the sum of mu A is stored in
-between.
+After a sudden stretch the branch stress decays as exp(-t / tau). A slow branch relaxes in some
+increments only (see below); the sum of mu A is stored in between.
 
 Energy balance: the force on a metric is -d(energy)/dA = mu/2 (A^-1 - C_bar), so a branch has
 dissipated
@@ -35,7 +34,7 @@ from softsim.materials.material import Material, Mullins
 #
 # A branch may be held for n increments of dt, in which its viscous strain stays and its stress is
 # that of a spring, and then relax by all of them at once, h = n dt, towards the strain at a time
-# before the present one (elements/material_points.py):
+# before the present one:
 #     A <- e A + (1 - e) C_bar^-1(t - phi dt),    e = exp(-h / tau).
 # Of a slow motion the A that forces meet lags behind C_bar^-1 by h e / (1 - e) for the relaxing,
 # (h - dt) / 2 for the holding and phi dt. phi is such that all this is tau, as it should be: about

@@ -27,7 +27,9 @@ class RigidSpring:
     """Largest stiffness that a load adds to rigid body number `body`.
 
     stiffness [N/m]: along a line. turning [N m/rad]: against rotation. kind: the kind of load, for
-    messages. goes_taut: True if the stiffness sets in suddenly, after a slack.
+    messages. goes_taut: True if the stiffness sets in suddenly, after a slack. The stable step
+    counts the other end as fixed: a spring between two rigid bodies is to be given for each of
+    them, with twice its stiffness.
     """
 
     kind: str

@@ -363,7 +363,7 @@ def built_profile(data: Spec, end: float) -> Profile:
 
     Parameters
     ----------
-    data : Part
+    data : Spec
         Any profile of scene/profiles.py, except cycles by events.
     end : float
         Time [s] until which a profile without an end of its own is written out.

@@ -245,7 +245,7 @@ class Observer:
         centres = scenario.centres_of_mass(samples.read(scenario.terms.nodes.position))
         for axis, values in zip("xyz", centres.T, strict=False):
             found[f"body_{axis}"] = values
-        for term in reversed(scenario.terms.everything):  # of a kind, the first load is told
+        for term in reversed(scenario.terms.everything):  # of equal columns the first load's remain
             found |= term.readings(samples)
         found |= self._of_energies()
         if model.relaxation is not None:

@@ -2,6 +2,9 @@
 
 A block ends where a history row, an inspection or the end of the run is due. That depends on scene
 and model only, so a run takes the same course whatever is computed beside it and whatever stops it.
+`Run.next_block` inspects the elements, and so the stable step, if that is due; `Run.write_due`
+writes rows and frames and reads the stop conditions; `Batch._loop` (batch.py) writes checkpoints by
+the wall clock.
 """
 
 import logging
@@ -429,7 +432,7 @@ class Run:
         progress = self.progress
         if self.row_is_due:
             with self.clock.spending_on(ROWS):
-                self._write_row()
+                self._sample_row()
         self.finished = self.finished or any(c.is_over for c in self.stop_conditions)
         if self._increments_to(progress.next_frame) <= 0 or self.finished:
             with self.clock.spending_on(FRAMES):
@@ -585,7 +588,7 @@ class Run:
         for condition in self.stop_conditions:
             condition.see_row(row)
 
-    def _write_row(self) -> None:
+    def _sample_row(self) -> None:
         scenario, progress = self.scenario, self.progress
         if self.observer.is_empty:
             self.rows_since = time.monotonic()

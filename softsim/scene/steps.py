@@ -45,7 +45,7 @@ THE_SAME = (
     *((key,) for key in Scene.model_fields if key not in MAY_CHANGE),
     ("environment", "walls"),
 )
-# What they hold counts from the rest shape and place on.
+# Loads whose length, angle or filling is measured from the shape and place at rest.
 FROM_REST = (AddedVolumeSpec, AddedGasSpec, Pneumatic, TendonSpec, TetherSpec, PulledCableSpec)
 
 

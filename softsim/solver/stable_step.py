@@ -6,9 +6,9 @@ stable while M - (dt/2) C - (dt^2/4) K is positive definite (Belytschko, Liu, Mo
 Finite Elements, ch. 6, by the energy):
     dt < 2 / sqrt(lambda),  lambda the largest eigenvalue of M^-1 (K + (2 / dt) C);
 for one mode with the damping ratio z that is dt < 2/omega (sqrt(1 + z^2) - z). K is bounded from
-above in solver/stiffness_bound.py, lambda in solver/stable_step.py. Maxwell branches count as
-springs. Local damping (Nodes.shift_damped) increases every force that slows its node down: at the
-stability limit, where the velocity of each node changes sign in every step, these are all forces.
+above in solver/stiffness_bound.py, lambda below. Maxwell branches count as springs. Local damping
+(Nodes.shift_damped) increases every force that slows its node down: at the stability limit, where
+the velocity of each node changes sign in every step, these are all forces.
 """
 
 from collections.abc import Callable

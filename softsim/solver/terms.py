@@ -1,7 +1,8 @@
 """Taichi terms of a model, and the stages of passes that make one increment.
 
-An increment consists of the stages drift, forces and kick in this order. Stage gives the order in
-which forces are computed (softsim/compute/term.py).
+An increment moves the nodes (drift), computes the forces and updates the velocities (kick). Each of
+these consists of stages, whose passes may run in parallel; `Stage` (compute/term.py) orders those
+of the forces.
 """
 
 from collections.abc import Sequence

@@ -47,7 +47,8 @@ ROUNDED_OVER_EPSILON = 1e6
 """Displacement by which the force of round-off is measured, over the round-off of coordinates."""
 
 SLOW_CONVERGENCE = 0.3
-"""Fall of the unbalanced force in an iteration, above which what is required is enough."""
+"""Ratio of unbalanced forces after and before an iteration. If it is larger, convergence is slow,
+and equilibrium within the required tolerance is accepted."""
 
 SOUGHT_OVER_REQUIRED = 1e-3
 """Unbalanced force that is sought, over solver.equilibrium_tolerance, which is what is required."""
