@@ -22,8 +22,9 @@ from softsim.loads.pressure import FollowerPressure
 from softsim.model import Model, Probe
 from softsim.output.fields import Frame, Frames, SeriesInMemory
 from softsim.rigid import Pose
+from softsim.scene.measures import OF_PROBES
 from softsim.scene.outputs import probe_columns
-from softsim.scene.quantities import CHAMBER_PRESSURE, ROW_FORCE, SIDE_FORCE
+from softsim.scene.quantities import CHAMBER_PRESSURE, COLUMNS, ROW_FORCE, SIDE_FORCE
 from softsim.solver.energy import (
     Energies,
     EnergyBalance,
@@ -39,78 +40,54 @@ from softsim.structures.structure import Structure
 def columns(model: Model) -> dict[str, str]:
     """Return the columns of the history of a model, name -> unit.
 
-    Comments give the ABAQUS names of the energies.
+    `COLUMNS` (scene/quantities.py) gives their meaning.
     """
-    axes = "xyz"[: model.dimension]
-    chamber = model.chamber
-    first = {"time": "s"}
+    axes, chamber, path = "xyz"[: model.dimension], model.chamber, model.relaxation
+    found = units_of("time")
     if chamber is not None:
-        first["pressure"] = "Pa"  # of the robot's chamber: what its gauge shows
-        first["section_pressure"] = "Pa"  # what acts on the plane model
-    # Of each of several, what its gauge shows.
-    first |= dict.fromkeys(several_chambers(model), "Pa")
-    first["cycles_done"] = "-"  # cycles of the pressure that have ended
+        found |= units_of("pressure", "section_pressure")
+    found |= dict.fromkeys(several_chambers(model), "Pa") | units_of("cycles_done")
     if chamber is not None:
-        first |= chamber.source.columns
+        found |= chamber.source.columns
     if model.robot.frame is not None:
-        first |= frame_columns(axes)
+        found |= units_of(*(f"frame_{a}" for a in axes), "frame_angle")
+        found |= units_of(*(f"frame_rotation_{a}" for a in axes if axes == "xyz"))
+    found |= units_of(*(f"body_{a}" for a in axes))
+    found |= units_of("contact_count", "contact_area", "rows_in_contact")
+    found |= units_of(*(f"wall_force_{a}" for a in axes), "wall_force_normal")
+    found |= dict.fromkeys(parts_pressed(model), "N") | units_of("slip_share")
     owners: list[Load | Wall | Structure] = [*model.loads, *model.walls, *model.structures]
-    of_terms = {name: unit for owner in owners for name, unit in owner.columns.items()}
-    last = {
-        **{f"body_{a}": "m" for a in axes},  # centre of mass of the meshed bodies
-        "contact_count": "-",  # nodes, and corners of walls, in contact at this moment
-        "contact_area": "m^2",  # at rest, of surface nodes that touched walls within the interval
-        "rows_in_contact": "-",  # rows of spikes that touched within the interval
-        **{f"wall_force_{a}": "N" for a in axes},  # of the walls on the robot, mean of the interval
-        "wall_force_normal": "N",  # sum of normal forces, mean of the interval
-        **dict.fromkeys(parts_pressed(model), "N"),  # the same of each row of spikes, and each side
-        "slip_share": "-",  # of the normal impulse of the interval that slipping nodes carried
-        **of_terms,  # what their terms read
-        "internal_energy": "J",  # ALLSE: law, Maxwell springs, cables, fibres, tendons ...
-        **hourglass_columns(model),
-        "kinetic_energy": "J",  # ALLKE
-        "external_work": "J",  # ALLWK: pressure, motor, forces, gravity
-        "friction_dissipation": "J",  # ALLFD: contact, tethers
-        "viscous_dissipation": "J",  # ALLVD + ALLCD: dashpots, bulk viscosity, relaxation's damping
-        **damage_columns(model),
-        "contact_energy": "J",  # ALLPW: penalty springs, adhesion
-        "energy_error": "-",  # |ETOTAL - ETOTAL(0)| over the largest reference energy
-    }
-    if model.relaxation is not None:
-        last["unbalanced_share"] = "-"  # of the forces, see solver/energy.py
-        if model.relaxation.follows_path:
-            last["load_time"] = "s"  # at which loads are taken: falls where the path turns back
-            last["unstable_modes"] = "-"  # negative eigenvalues of the tangent stiffness
+    for owner in owners:
+        found |= owner.columns
+    found |= units_of("internal_energy", *hourglass_columns(model), "kinetic_energy")
+    found |= units_of("external_work", "friction_dissipation", "viscous_dissipation")
+    found |= units_of(*damage_columns(model), "contact_energy", "energy_error")
+    if path is not None:
+        found |= units_of("unbalanced_share")
+        found |= units_of(*(("load_time", "unstable_modes") if path.follows_path else ()))
     for analysis in analyses(model):
-        last |= analysis.columns
+        found |= analysis.columns
     for probe in model.probes:
-        last |= dict.fromkeys(probe_columns(probe.name, probe.kind, axes), PROBE_UNITS[probe.kind])
-    return first | last
-
-
-def hourglass_columns(model: Model) -> dict[str, str]:
-    """Return the columns of hourglass modes -> unit; empty if the elements have none."""
-    found = any(region.has_hourglass_modes for region in model.regions)
-    return {"hourglass_energy": "J"} if found else {}  # ALLAE: a part of the internal one
-
-
-def damage_columns(model: Model) -> dict[str, str]:
-    """Return the column of the Mullins effect -> unit; empty if no material softens."""
-    found = any(region.material.mullins is not None for region in model.regions)
-    return {"damage_dissipation": "J"} if found else {}  # ALLDMD
-
-
-def frame_columns(axes: str) -> dict[str, str]:
-    """Return the columns of the robot's frame -> unit; axes: of the model."""
-    found = {f"frame_{a}": "m" for a in axes} | {"frame_angle": "rad"}  # about z
-    if axes == "xyz":
-        found |= {f"frame_rotation_{a}": "rad" for a in axes}  # rotation vector
+        names = probe_columns(probe.name, probe.kind, axes)
+        found |= dict.fromkeys(names, OF_PROBES[probe.kind].unit)
     return found
 
 
-PROBE_UNITS = {
-    "displacement": "m", "rotation": "rad", "radius": "m", "reaction": "N", "volume": "m^3",
-}  # fmt: skip
+def units_of(*names: str) -> dict[str, str]:
+    """Return the units of columns, by name."""
+    return {name: COLUMNS[name].unit for name in names}
+
+
+def hourglass_columns(model: Model) -> tuple[str, ...]:
+    """Return the columns of hourglass modes; none if the elements have no such modes."""
+    found = any(region.has_hourglass_modes for region in model.regions)
+    return ("hourglass_energy",) if found else ()
+
+
+def damage_columns(model: Model) -> tuple[str, ...]:
+    """Return the column of the Mullins effect; none if no material softens."""
+    found = any(region.material.mullins is not None for region in model.regions)
+    return ("damage_dissipation",) if found else ()
 
 
 def probe_values(model: Model, probe: Probe, x: np.ndarray) -> np.ndarray:

@@ -20,13 +20,14 @@ from softsim.loads.rotor import Rotor
 from softsim.model import Model, Probe
 from softsim.output.folder import CHECKPOINT, HISTORY, SCENE, read_checkpoint, read_summary
 from softsim.output.history import read_history
-from softsim.output.observation import PROBE_UNITS, probe_values
+from softsim.output.observation import probe_values
 from softsim.run.batch import Batch
 from softsim.run.record import MemoryRecord, Progress
 from softsim.run.scenes import ready_model
 from softsim.run.statics import ADVICE, StaticRun
 from softsim.scene.loading import LoadedScene, load_scene, read_scene, validated
 from softsim.scene.loads import EccentricMass, OverTime, SinusoidalForce
+from softsim.scene.measures import OF_PROBES
 from softsim.scene.outputs import Expect, probe_columns
 from softsim.scene.reporting import did_you_mean
 from softsim.solver.explicit import ExplicitSolver
@@ -367,7 +368,7 @@ class Preloaded:
         bodies = {f"{body.name}_{axis}": "m" for body in self.model.rigid_bodies for axis in axes}
         probes = [p for p in self.model.probes if p.kind != "reaction"]
         return bodies | {
-            c: PROBE_UNITS[p.kind] for p in probes for c in probe_columns(p.name, p.kind, axes)
+            c: OF_PROBES[p.kind].unit for p in probes for c in probe_columns(p.name, p.kind, axes)
         }
 
     def _amplitudes(self, vibrations: SmallVibrations, motion: np.ndarray) -> dict[str, complex]:
