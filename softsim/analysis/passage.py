@@ -668,7 +668,7 @@ class Analysis(Protocol):
     """
 
     name: str
-    columns: Mapping[str, str]
+    columns: dict[str, str]
 
     def readings(self, scenario: Scenario, samples: Samples) -> dict[str, np.ndarray]:
         """Return the columns of the present row from the state of a scenario and its samples."""
