@@ -189,7 +189,8 @@ class Simulation:
 
         A step ends with the first time step that reaches its end, so it overshoots by less than
         one time step. Overshoots do not add up: n steps of one duration end where one step of n
-        times that duration does.
+        times that duration does. A step to less than one time step before the end of the run
+        reaches it, so that `step(end_time - time)` does.
 
         Parameters
         ----------
@@ -219,6 +220,12 @@ class Simulation:
         """True as long as the run has neither ended nor reached the requested time."""
         missing = self._asked - self.time
         return not self.finished and missing > 1e-9 * self._scenario.time_increment
+
+    def _time_after(self, duration: float) -> float:
+        """Return the time [s] to which a step of a duration [s] is to advance."""
+        asked = self._asked + duration
+        is_near_end = 0.0 < self.end_time - asked < self._scenario.time_increment
+        return self.end_time if is_near_end else asked
 
     def _increments_to_asked(self) -> int:
         """Return the increments up to the requested time [s] or the end of the block."""
@@ -643,7 +650,7 @@ def _recorded_batch(
 def _step_together(simulations: Sequence[Simulation], durations: Sequence[float]) -> None:
     """Advance simulations of one batch that have not ended, each by its duration [s]."""
     steps = [number(duration, "the duration of a step") for duration in durations]
-    asked = [s._asked + step for s, step in zip(simulations, steps, strict=True)]
+    asked = [s._time_after(step) for s, step in zip(simulations, steps, strict=True)]
     for simulation, step, time in zip(simulations, steps, asked, strict=True):
         simulation._refuse_step(step, time)
     for simulation, time in zip(simulations, asked, strict=True):

@@ -49,6 +49,17 @@ def test_steps_of_any_length_are_the_run(simulate, run, write_scene, tmp_path):
 
 
 @pytest.mark.starts(1)
+def test_what_is_left_of_the_time_leads_to_the_end(simulate):
+    """An overshoot of the step before does not leave an increment at the end."""
+    simulation = simulate("time.end=2.03 ms")  # a short last block
+    for part in np.linspace(0.3e-3, 1.7e-3, 11):
+        simulation.reset()
+        simulation.step(part)
+        simulation.step(simulation.end_time - simulation.time)
+        assert simulation.finished and simulation.time == simulation.end_time
+
+
+@pytest.mark.starts(1)
 def test_commands(simulate):
     simulation = simulate()
     scenario = simulation._scenario
