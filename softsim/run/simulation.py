@@ -189,8 +189,8 @@ class Simulation:
 
         A step ends with the first time step that reaches its end, so it overshoots by less than
         one time step. Overshoots do not add up: n steps of one duration end where one step of n
-        times that duration does. A step to less than one time step before the end of the run
-        reaches it, so that `step(end_time - time)` does.
+        times that duration does. Only the last step counts from the present time, so that
+        `step(end_time - time)` reaches the end of the run.
 
         Parameters
         ----------
@@ -224,8 +224,8 @@ class Simulation:
     def _time_after(self, duration: float) -> float:
         """Return the time [s] to which a step of a duration [s] is to advance."""
         asked = self._asked + duration
-        is_near_end = 0.0 < self.end_time - asked < self._scenario.time_increment
-        return self.end_time if is_near_end else asked
+        leads_to_end = self.time + duration >= self.end_time * (1.0 - 1e-12)
+        return max(asked, self.end_time) if leads_to_end else asked
 
     def _increments_to_asked(self) -> int:
         """Return the increments up to the requested time [s] or the end of the block."""
