@@ -4,7 +4,8 @@ x(n+1) = x(n) + dt v(n+1/2);  forces at x(n+1);  v(n+3/2) = v(n+1/2) + dt f(n+1)
 After a block of increments, positions and forces belong to the same time; the velocity at that time
 is the half-step velocity minus half a kick.
 
-solver/increments.py distributes the work of an increment over threads.
+An increment has three substeps: `drift`, `forces`, `kick`. solver/increments.py distributes their
+work over threads.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,15 +19,16 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import Row
 from softsim.compute.machine import ComputeDevice, memory_of
-from softsim.compute.term import shares_kernels
+from softsim.compute.nodes import PARTS
+from softsim.compute.term import Pass, Stage, shares_kernels
 from softsim.elements.geometry import alike_regions
 from softsim.errors import DeviceError, OutputError
 from softsim.loads.load import Load
 from softsim.model import Model
 from softsim.rigid import Pose
 from softsim.solver.guards import Chatter, chatter
-from softsim.solver.increments import IncrementKernels, Span
-from softsim.solver.terms import Terms
+from softsim.solver.increments import DRIFT, DT, KICK, IncrementKernels, Span, Substep
+from softsim.solver.terms import Terms, filled
 
 # -------------------------------------------------------------------------------------------------
 # Check that a model fits the free memory of the device that runs it.
@@ -109,6 +111,52 @@ def _gigabytes(size: float) -> str:
     return f"{size / 1e9:.3g} GB"
 
 
+# -------------------------------------------------------------------------------------------------
+# Substeps of an increment, in this order.
+
+
+def drift(terms: Terms) -> Substep:
+    """Return the substep that moves all nodes and bodies by dt times their half-step velocity."""
+    nodes, bodies = terms.nodes, terms.rigid_bodies
+    stages = filled(
+        terms.passes_of(Stage.STEER),
+        [
+            Pass("integration", int(nodes.count), (nodes.drift,)),
+            Pass("integration", bodies.count, (bodies.drift,)),
+        ],
+        [Pass("integration", bodies.tied_count, (bodies.place_tied,))],
+    )
+    return Substep(stages, DRIFT, moves=True)
+
+
+def forces(terms: Terms) -> Substep:
+    """Return the substep that computes every force at the new positions."""
+    return Substep(terms.force_stages(), DT)
+
+
+def kick(terms: Terms) -> Substep:
+    """Return the substep that computes new half-step velocities from the summed forces."""
+    bodies = terms.rigid_bodies
+    stages = filled(
+        *([Pass("integration", count, (function,))] for count, function in terms.nodes.kicks()),
+        [Pass("integration", bodies.count * PARTS, (bodies.collect,))],
+        [Pass("integration", bodies.count, (bodies.kick,))],
+    )
+    return Substep(stages, KICK)
+
+
+def shift(terms: Terms) -> Substep:
+    """Return the substep that advances velocities by a kick with the last forces, between steps."""
+    nodes, bodies = terms.nodes, terms.rigid_bodies
+    stages = filled(
+        [
+            Pass("integration", int(nodes.count), (nodes.shift,)),
+            Pass("integration", bodies.count, (bodies.shift,)),
+        ]
+    )
+    return Substep(stages, KICK)
+
+
 # Element updates of a block of increments (output, signals): 80 ms at 50 M/s. Of a million elements
 # the shortest takes 0.3 s. It depends on the model only, so that every run has the same blocks.
 BLOCK_UPDATES = 4_000_000
@@ -132,7 +180,11 @@ class ExplicitSolver:
         with fields.together(self.scenarios) as made:
             self.terms = Terms(models)
             self._made, self._made_by_terms = made, len(made.fields)
-            self.kernels = IncrementKernels(self.terms, self.scenarios)
+            self.kernels = IncrementKernels(
+                [drift(self.terms), forces(self.terms), kick(self.terms)],
+                shift(self.terms),
+                self.scenarios,
+            )
             device = backend.device().name
             refuse_too_large(models[0], made.size, device, memory_of(device))
         impulses = [field for term in self.terms.everything for field in term.impulses()]
@@ -326,11 +378,11 @@ class ExplicitSolver:
         np.copyto(self.times, reached, where=each > 0)
 
     def _stand(self, steps: np.ndarray, kicks: np.ndarray) -> None:
-        """Do one increment of each scenario that ends now and leaves positions as they are."""
+        """Compute the forces of each scenario at its time, and advance velocities by a kick [s]."""
         self.terms.rigid_bodies.forget_loads()  # which the drift would have done
         self.kernels.run(
             [
-                Span(1, time - dt, dt, drift=0.0, kick=kick)
+                Span.standing(time, dt, kick)
                 for time, dt, kick in zip(self.times, steps, kicks, strict=True)
             ]
         )

@@ -26,7 +26,7 @@ from softsim.compute.fields import Row, index_field, real_field, rounded, write
 from softsim.compute.taichi_internals import SHARE, Barrier, Launch
 from softsim.compute.term import Pass
 from softsim.errors import DeviceError
-from softsim.solver.terms import Passes, Terms
+from softsim.solver.terms import Passes
 
 # Increments in one call by launches: a call costs as much as ten launches (60 us; measured on an
 # H200), and each increment is traced and compiled.
@@ -62,6 +62,14 @@ class Span(NamedTuple):
     kick: float
     done: int = 0
 
+    @classmethod
+    def standing(cls, time: float, dt: float, kick: float = 0.0) -> "Span":
+        """Return one increment of dt [s] that ends at a time [s] and leaves positions as they are.
+
+        kick: time [s] by which velocities are advanced with the forces.
+        """
+        return cls(1, time, dt, drift=0.0, kick=kick, done=-1)
+
 
 INCREMENTS, START, DT, DRIFT, KICK, DONE = range(6)
 """Columns of IncrementKernels.spans, which has the values of a Span in each row."""
@@ -80,13 +88,41 @@ class Loop:
     functions: tuple[Callable[..., None], ...]
 
 
-def loops(stages: list[Passes]) -> list[list[Loop]]:
-    """Return the passes of each stage in the form that kernels use."""
-    counts = index_field(np.array([p.count for stage in stages for p in stage]))
+@dataclass(frozen=True)
+class Substep:
+    """Stages of an increment that are called with the same duration, a column of the spans.
+
+    moves: True if the stages move nodes; without a duration they are left out.
+    """
+
+    stages: list[Passes]
+    duration: int
+    moves: bool = False
+
+
+@dataclass(frozen=True)
+class TimedStage:
+    """Stage of a substep in the form that kernels use."""
+
+    loops: list[Loop]
+    duration: int
+    moves: bool
+
+
+def timed(substeps: Sequence[Substep]) -> list[TimedStage]:
+    """Return the stages of all substeps, in order, in the form that kernels use."""
+    counts = index_field(
+        np.array([p.count for substep in substeps for stage in substep.stages for p in stage])
+    )
     number = itertools.count()
     return [
-        [Loop(counts, next(number), rounded(p.count), p.functions) for p in stage]
-        for stage in stages
+        TimedStage(
+            [Loop(counts, next(number), rounded(p.count), p.functions) for p in stage],
+            substep.duration,
+            substep.moves,
+        )
+        for substep in substeps
+        for stage in substep.stages
     ]
 
 
@@ -94,17 +130,17 @@ def loops(stages: list[Passes]) -> list[list[Loop]]:
 class IncrementKernels:
     """Kernels that run the stages of increments.
 
-    passes: those of an increment, in order. threads: number of CPU threads of a call.
+    increment: its substeps, in order. shift: moves velocities with the last forces. passes: those
+    of an increment, in order. threads: number of CPU threads of a call.
     """
 
-    def __init__(self, terms: Terms, scenarios: int) -> None:
+    def __init__(self, increment: Sequence[Substep], shift: Substep, scenarios: int) -> None:
         self.scenarios = scenarios
-        stages = [terms.drift_stages(), terms.force_stages(), terms.kick_stages()]
-        self.passes = [p for phase in stages for stage in phase for p in stage]
+        self.passes = [p for part in increment for stage in part.stages for p in stage]
         if backend.device().name == "cpu":
             refuse_uncountable(self.passes)
-        self.drift_stages, self.force_stages, self.kick_stages = map(loops, stages)
-        self.shift_stages = loops(terms.shift_stages())
+        self.stages, self.shift_stages = timed(increment), timed([shift])
+        self.moving_stages = [stage for stage in self.stages if stage.moves]
         self.threads = ThreadCount(backend.device().threads)
         self.is_small = max(p.count for p in self.passes) <= MOST_OF_A_TEAM
         self.spans = real_field(np.zeros((scenarios, DONE + 1)))
@@ -207,24 +243,22 @@ class IncrementKernels:
         for s in range(self.scenarios):
             if s != only:
                 continue
-            dt, drift, kick = self.spans[s, DT], self.spans[s, DRIFT], self.spans[s, KICK]
             for k in range(ti.cast(self.spans[s, INCREMENTS], ti.i32)):
                 t = self._time(s, k + 1)
-                if drift > 0.0:
-                    for stage in ti.static(self.drift_stages):
-                        self._work(stage, s, worker, workers, t, drift)
+                for stage in ti.static(self.stages):
+                    if self._has_part(stage, s):
+                        self._work(stage, s, worker, workers, t, self.spans[s, stage.duration])
                         met = self.barrier.meet(met, workers, zero)
-                for stage in ti.static(self.force_stages):
-                    self._work(stage, s, worker, workers, t, dt)
-                    met = self.barrier.meet(met, workers, zero)
-                for stage in ti.static(self.kick_stages):
-                    self._work(stage, s, worker, workers, t, kick)
-                    met = self.barrier.meet(met, workers, zero)
+
+    @ti.func
+    def _has_part(self, stage: ti.template(), s):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Return True if a stage is to be done in the increments of scenario s."""
+        return ti.static(not stage.moves) or self.spans[s, stage.duration] > 0.0
 
     @ti.func
     def _work(self, stage: ti.template(), s, worker, workers, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
         """Do one worker's part of a stage."""
-        for loop in ti.static(stage):
+        for loop in ti.static(stage.loops):
             count = loop.counts[loop.number]
             for function in ti.static(loop.functions):
                 for i in range(count * worker // workers, count * (worker + 1) // workers):
@@ -238,32 +272,19 @@ class IncrementKernels:
             last = ti.min(first + DONE_TOGETHER, ti.cast(self.spans[s, INCREMENTS], ti.i32))
             for k in range(first, last):
                 t = self._time(s, k + 1)
-                if self.spans[s, DRIFT] > 0.0:
-                    for stage in ti.static(self.drift_stages):
-                        work_in_team(stage, s, member, t, self.spans[s, DRIFT])
+                for stage in ti.static(self.stages):
+                    if self._has_part(stage, s):
+                        work_in_team(stage, s, member, t, self.spans[s, stage.duration])
                         ti.simt.block.sync()
-                for stage in ti.static(self.force_stages):
-                    work_in_team(stage, s, member, t, self.spans[s, DT])
-                    ti.simt.block.sync()
-                for stage in ti.static(self.kick_stages):
-                    work_in_team(stage, s, member, t, self.spans[s, KICK])
-                    ti.simt.block.sync()
 
     @ti.kernel
     def _launch(self, first: ti.i32):
         for n in ti.static(range(LAUNCHED_TOGETHER)):
-            for stage in ti.static(self.drift_stages):
+            for stage in ti.static(self.stages):
                 for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
-                    if first + n < self.spans[s, INCREMENTS] and self.spans[s, DRIFT] > 0.0:
-                        work_at(stage, s, i, self._time(s, first + n + 1), self.spans[s, DRIFT])
-            for stage in ti.static(self.force_stages):
-                for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
-                    if first + n < self.spans[s, INCREMENTS]:
-                        work_at(stage, s, i, self._time(s, first + n + 1), self.spans[s, DT])
-            for stage in ti.static(self.kick_stages):
-                for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
-                    if first + n < self.spans[s, INCREMENTS]:
-                        work_at(stage, s, i, self._time(s, first + n + 1), self.spans[s, KICK])
+                    if first + n < self.spans[s, INCREMENTS] and self._has_part(stage, s):
+                        t = self._time(s, first + n + 1)
+                        work_at(stage, s, i, t, self.spans[s, stage.duration])
 
     @ti.kernel
     def shift(self, s: ti.i32, t: ti.f64, dt: ti.f64):
@@ -275,7 +296,7 @@ class IncrementKernels:
     @ti.kernel
     def steer(self, s: ti.i32, t: ti.f64, dt: ti.f64):
         """Move scenario s by dt [s] to time t [s] with its velocities; compute no forces."""
-        for stage in ti.static(self.drift_stages):
+        for stage in ti.static(self.moving_stages):
             for i in range(ti.static(size(stage))):
                 work_at(stage, s, i, t, dt)
 
@@ -291,7 +312,7 @@ def work_in_team(stage: ti.template(), s, member, t, dt):  # type: ignore[valid-
 
     Neighbouring members take neighbouring indices, so that a GPU reads their data in one access.
     """
-    for loop in ti.static(stage):
+    for loop in ti.static(stage.loops):
         count = loop.counts[loop.number]
         for function in ti.static(loop.functions):
             for turn in range((count - member + TEAM - 1) // TEAM):
@@ -302,16 +323,16 @@ def work_in_team(stage: ti.template(), s, member, t, dt):  # type: ignore[valid-
 def work_at(stage: ti.template(), s, i, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
     """Do index i of a stage, whose loops follow one another by their extents."""
     first = 0
-    for loop in ti.static(stage):
+    for loop in ti.static(stage.loops):
         if first <= i < first + loop.counts[loop.number]:
             for function in ti.static(loop.functions):
                 function(s, i - first, t, dt)
         first += loop.extent
 
 
-def size(stage: list[Loop]) -> int:
+def size(stage: TimedStage) -> int:
     """Return the sum of the extents of all loops of a stage."""
-    return sum(loop.extent for loop in stage)
+    return sum(loop.extent for loop in stage.loops)
 
 
 def refuse_uncountable(passes: list[Pass]) -> None:

@@ -1,8 +1,7 @@
-"""Taichi terms of a model, and the stages of passes that make one increment.
+"""Taichi terms of a model, and the stages of passes that compute their forces.
 
-An increment moves the nodes (drift), computes the forces and updates the velocities (kick). Each of
-these consists of stages, whose passes may run in parallel; `Stage` (compute/term.py) orders those
-of the forces.
+Passes of a stage may run in parallel; `Stage` (compute/term.py) orders the stages. The integrator
+(explicit.py) adds those that move nodes and bodies.
 """
 
 from collections.abc import Sequence
@@ -14,7 +13,7 @@ import numpy as np
 import taichi as ti
 
 from softsim.compute.mass_scaling import ScaledNodes
-from softsim.compute.nodes import PARTS, Nodes
+from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, Stage, Term
 from softsim.contact.adhesion import Adhesion
 from softsim.contact.corner_contact import CornerContact, CornerSurface
@@ -219,48 +218,19 @@ class Terms:
         """All terms that exert or transfer forces."""
         return [*self.inner, *self.touching, *self.ties]
 
-    def drift_stages(self) -> list[Passes]:
-        """Return the stages that move everything by dt times its half-step velocity."""
-        bodies = self.rigid_bodies
-        return filled(
-            self._of_terms(Stage.STEER),
-            [
-                Pass("integration", int(self.nodes.count), (self.nodes.drift,)),
-                Pass("integration", bodies.count, (bodies.drift,)),
-            ],
-            [Pass("integration", bodies.tied_count, (bodies.place_tied,))],
-        )
-
     def force_stages(self) -> list[Passes]:
         """Return the stages that compute every force at the new positions.
 
         Each force has slots of its own; loads on rigid bodies are added one after another.
         """
-        stages = {stage: self._of_terms(stage) for stage in Stage if stage is not Stage.STEER}
+        stages = {stage: self.passes_of(stage) for stage in Stage if stage is not Stage.STEER}
         pulls = tuple(pull for load in self.loads for pull in load.pulls())
         if pulls:
             stages[Stage.MOVE].append(Pass("loads", 1, pulls))
         return filled(*stages.values())
 
-    def kick_stages(self) -> list[Passes]:
-        """Return the stages that compute new half-step velocities from the summed forces."""
-        bodies = self.rigid_bodies
-        return filled(
-            *([Pass("integration", count, (kick,))] for count, kick in self.nodes.kicks()),
-            [Pass("integration", bodies.count * PARTS, (bodies.collect,))],
-            [Pass("integration", bodies.count, (bodies.kick,))],
-        )
-
-    def shift_stages(self) -> list[Passes]:
-        """Return the stages that advance velocities by dt with the last forces."""
-        return filled(
-            [
-                Pass("integration", int(self.nodes.count), (self.nodes.shift,)),
-                Pass("integration", self.rigid_bodies.count, (self.rigid_bodies.shift,)),
-            ]
-        )
-
-    def _of_terms(self, stage: Stage) -> Passes:
+    def passes_of(self, stage: Stage) -> Passes:
+        """Return the passes of all terms in a stage."""
         return [p for term in self.everything for p in term.passes().get(stage, [])]
 
     def state_fields(self) -> dict[str, ti.Field]:

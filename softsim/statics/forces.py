@@ -212,9 +212,7 @@ class StaticForces:
 
     def _compute(self) -> None:
         self.bodies.forget_loads()
-        # An increment that ends at the load time.
-        span = Span(1, self.time, TRIAL_DURATION, drift=0.0, kick=0.0, done=-1)
-        self.solver.kernels.run([span])
+        self.solver.kernels.run([Span.standing(self.time, TRIAL_DURATION)])
 
     @cached_property
     def _path_fields(self) -> dict[str, ti.Field]:
