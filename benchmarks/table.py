@@ -8,11 +8,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from rich.box import SIMPLE
 from rich.console import Console
-from rich.table import Table
 
 from softsim.compute.machine import processor_name
+from softsim.report.table import Table, cell
 
 
 @dataclass(frozen=True)
@@ -81,21 +80,17 @@ def show(console: Console, rows: list[Row], about: dict[str, Any]) -> None:
     console.print(
         f"load before: {about['load_average']:.2g}; rates on two threads need both cores free"
     )
-    table = Table("work", "measured", "ceiling", "ratio", "target", "", box=SIMPLE)
-    for column in (1, 2, 3):
-        table.columns[column].justify = "right"
-    for row in rows:
-        verdict = {True: "met", False: "missed", None: ""}[row.met]
-        table.add_row(
-            row.name, f"{row.rate:.4g} {row.unit}", _number(row.ceiling), _number(row.ratio),
-            row.target, verdict,
-        )  # fmt: skip
-    console.print(table)
+    verdicts = {True: "met", False: "missed", None: ""}
+    lines = [
+        (
+            row.name, cell(row.rate, unit=f" {row.unit}"), cell(row.ceiling, ".3g"),
+            cell(row.ratio, ".3g"), row.target, verdicts[row.met],
+        )
+        for row in rows
+    ]  # fmt: skip
+    headings = ("work", "measured", "ceiling", "ratio", "target", "verdict")
+    console.print(Table(lines, headings))
     console.print("M/s: million element updates a second. Rates: best of several rounds, in turn.")
     for row in rows:
         if row.remark:
             console.print(f"{row.name}: {row.remark}", highlight=False)
-
-
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3g}"

@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.markup import escape as plain
 from rich.table import Table
 
+from softsim.report.table import Table as TextTable
 from validation.script import PUBLISHED, THESIS, Evidence, Listing, Script
 from validation.statements import STATEMENTS, Statement
 from validation.verdicts import (
@@ -163,12 +164,7 @@ def show_section(console: Console, section: Section) -> None:
     for text in (section.basis, *section.remarks):
         console.print(text, highlight=False, markup=False)
     for listing in section.listings:
-        table = Table(title=plain(listing.title), title_justify="left")
-        for heading in listing.headings:
-            table.add_column(plain(heading), overflow="fold")
-        for cells in listing.rows:
-            table.add_row(*map(plain, cells))
-        console.print(table)
+        console.print(TextTable(listing.rows, listing.headings, title=listing.title))
 
 
 def _short(rows: Sequence[Row]) -> str:

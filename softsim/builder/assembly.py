@@ -203,8 +203,9 @@ def add_loads(draft: Draft) -> None:
     """
     names = draft.names
     total_mass = draft.mass.sum() + sum(body.mass for body in draft.rigid_bodies)
+    regions = {body.name: body.regions for body in draft.bodies}
     targets = Targets(
-        names, draft.bodies, draft.points, draft.own_mass, draft.moves, draft.tied, total_mass
+        names, regions, draft.points, draft.own_mass, draft.moves, draft.tied, total_mass
     )
     acting: dict[str, Load] = {
         name: entry(load.built_by)(targets, load, ("loads", name))

@@ -1,5 +1,6 @@
 """Chambers: facets that close one, its pressure and its sources, controls by events."""
 
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -161,7 +162,7 @@ class Targets(LoadTargets):
     @cached_property
     def stiffest(self) -> float:
         """Largest omega^2 [1/s^2] of an element at rest."""
-        regions = (region for body in self.bodies for region in body.regions)
+        regions = itertools.chain.from_iterable(self.regions.values())
         return max(float(element_frequencies(region).max()) for region in regions)
 
 

@@ -1,23 +1,21 @@
 """Base class of the loads of a model, and what those of a scene are built from."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Term
+from softsim.elements.geometry import Region
 from softsim.elements.ring_section import RingSection
 from softsim.loads.profile import Profile, over_the_run, smooth_rise
 from softsim.rigid import RigidBodies
 from softsim.scene import loads as scene_loads
 from softsim.scene.names import MeshedBody, Names, in_mm
 from softsim.scene.text import Keys
-
-if TYPE_CHECKING:
-    from softsim.model import Body
 
 L = TypeVar("L", bound="Load")
 
@@ -99,12 +97,12 @@ class Load(ABC):
 class LoadTargets:
     """Bodies and nodes on which loads act.
 
-    points (n, d) [m], mass (n,) [kg] and is_free (n, d): of all nodes. tied: nodes tied to each
-    rigid body. total_mass [kg]: of everything in the model.
+    regions: of each body, by its name. points (n, d) [m], mass (n,) [kg] and is_free (n, d): of all
+    nodes. tied: nodes tied to each rigid body. total_mass [kg]: of everything in the model.
     """
 
     names: Names
-    bodies: Sequence["Body"]
+    regions: Mapping[str, Sequence[Region]]
     points: np.ndarray
     mass: np.ndarray
     is_free: np.ndarray

@@ -326,8 +326,7 @@ def body_force(
             raise names.loaded.error(
                 (*keys, "bodies", k), f"there is no body '{name}'", f"known: {known}"
             )
-        body = next(b for b in loaded.bodies if b.name == name)
-        for r in body.regions:
+        for r in loaded.regions[name]:
             shares = r.geometry.mass_shares(r.points, r.cells) * r.volumes[:, None]
             volumes[r.nodes] += nodal_sums(r.cells, shares, len(r.points))
     return distributed(volumes, *sized(loaded, load, "density", keys))

@@ -58,8 +58,10 @@ class Table:
         Numbers and the first column below headings are not wrapped.
         """
         grid = Grid(
-            box=None, show_header=bool(self.headings), title=self.title or None,
-            caption=self.caption or None, title_justify="left", caption_justify="left",
+            box=None, show_header=bool(self.headings),
+            title=Text(self.title, "table.title") if self.title else None,
+            caption=Text(self.caption, "table.caption") if self.caption else None,
+            title_justify="left", caption_justify="left",
         )  # fmt: skip
         columns = list(zip(*self.cells, strict=True))
         for k, heading in enumerate(self.headings or [""] * len(columns)):
