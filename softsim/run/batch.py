@@ -6,7 +6,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -16,6 +16,7 @@ from softsim.compute import backend
 from softsim.compute.machine import Choice
 from softsim.errors import Interrupted, OutputError, SoftsimError, StabilityError
 from softsim.interruption import stop_signals
+from softsim.loads.pressure_control import ControlState
 from softsim.model import Model
 from softsim.output.compiling import compiling
 from softsim.output.console import ProgressReport, phase
@@ -23,15 +24,17 @@ from softsim.output.folder import Checkpoint
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.run.cost import measured_profile
 from softsim.run.course import KERNEL, ROWS, Results, Run, WallClock
-from softsim.run.handover import EarlierStep
-from softsim.run.record import Record
+from softsim.run.record import CHANGED_BY_HAND, Progress, Record
 from softsim.run.statics import PathRun, StaticRun
 from softsim.solver.energy import EnergyReader, interrupted_before_start, settle
-from softsim.solver.explicit import ExplicitSolver
+from softsim.solver.explicit import ExplicitSolver, Scenario
 from softsim.solver.stable_step import first_time_increment, time_increment
 
 log = logging.getLogger("softsim")
 WORDLESS = nullcontext()
+
+JUMP = 0.02
+"""Jump of a pressure at the start of a step, over the larger of both, that causes a warning."""
 
 MakesSolver = Callable[[list[Model], Choice], tuple[ExplicitSolver, EnergyReader]]
 """Function that makes the solver of models of one structure, and the reader of its energies."""
@@ -77,6 +80,104 @@ class ReusedSolver:
         solver, reader = new_solver(models, choice)
         self._last = choice, backend.device(), solver, reader
         return solver, reader
+
+
+# -------------------------------------------------------------------------------------------------
+# The state that a step takes over from the previous one: positions, velocities, internal states of
+# bodies, contacts and loads, and the state of a controlled pressure that continues.
+
+
+@dataclass(frozen=True)
+class EarlierStep:
+    """Previous step at its end: its model and its checkpoint."""
+
+    model: Model
+    checkpoint: Checkpoint
+
+    @property
+    def end(self) -> float:
+        """End time of the step [s]."""
+        return self._progress.time
+
+    @property
+    def _progress(self) -> Progress:
+        return Progress.written(self.checkpoint.progress)
+
+    @property
+    def changes_by_hand(self) -> dict[str, str]:
+        """Warnings (kind -> text) about loads changed by hand in this step or an earlier one."""
+        warnings = self._progress.warnings.items()
+        return {kind: text for kind, text in warnings if kind.startswith(CHANGED_BY_HAND)}
+
+    def _state_for(self, model: Model) -> dict[str, np.ndarray]:
+        return renumbered(self.checkpoint.state, self.model.load_names, model.load_names)
+
+    def hand_over(self, scenario: Scenario) -> ControlState | None:
+        """Continue the only scenario of a solver from here.
+
+        Return the state of its controlled pressure, None if none continues.
+        """
+        progress, solver = self._progress, scenario.solver
+        solver.take_over(self._state_for(scenario.model), progress.time)
+        if self.model.relaxation is None:
+            solver.go_back_half(progress.time_increment)
+        else:
+            solver.come_to_rest(progress.time_increment)
+        chamber = scenario.model.chamber
+        if chamber is None or chamber.source.control is None:
+            return None
+        settings = chamber.source.control
+        if settings.start < progress.time:
+            return progress.control
+        # It begins in this step, with the pressure that is there.
+        term = scenario.term_of(chamber)
+        now = replace(settings.first_ramp(), pressure=float(scenario.read(term.pressure)))
+        term.kernel.set_ramp(scenario.number, now)
+        return None
+
+    def jumps(self, scenario: Scenario) -> dict[str, str]:
+        """Return warnings (kind -> text) on chambers whose pressure jumps at the start of the step.
+
+        The scenario must have started.
+        """
+        state, found = self._state_for(scenario.model), {}
+        for number, load in enumerate(scenario.model.loads):
+            pressure = state.get(f"loads/{number}/pressure")
+            if pressure is None:
+                continue
+            before, now = float(pressure[0]), float(scenario.read(scenario.term_of(load).pressure))
+            if abs(now - before) > JUMP * max(abs(now), abs(before)):
+                name = scenario.model.load_names[number]
+                found[f"jump of {name}"] = (
+                    f"'{name}' jumps from {1e-3 * before:.4g} to {1e-3 * now:.4g} kPa on the "
+                    "facets at the start of the step: start its profile at the last value of "
+                    "the previous step"
+                )
+        return found
+
+
+def renumbered(
+    state: dict[str, np.ndarray], before: tuple[str, ...], now: tuple[str, ...]
+) -> dict[str, np.ndarray]:
+    """Return a solver's state with its loads renumbered from the names `before` to those `now`.
+
+    Loads that no longer exist are left out.
+    """
+    result = {}
+    for key, values in state.items():
+        owner, _, rest = key.partition("/")
+        if owner == "loads":
+            number, _, field = rest.partition("/")
+            name = before[int(number)]
+            if name not in now:
+                continue
+            key = f"loads/{now.index(name)}/{field}"
+        result[key] = values
+    return result
+
+
+# -------------------------------------------------------------------------------------------------
+# The batch.
 
 
 class Monitor(Protocol):
