@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -22,13 +23,15 @@ from softsim.output.compiling import compiling
 from softsim.output.console import ProgressReport, phase
 from softsim.output.folder import Checkpoint
 from softsim.output.stop_conditions import MakesStopCondition
-from softsim.run.cost import measured_profile
-from softsim.run.course import KERNEL, ROWS, Results, Run, WallClock
+from softsim.run.callbacks import EnergyGuard, Frames, Guards, Rows, StableSteps, StopConditions
+from softsim.run.control import Feedback
+from softsim.run.cost import KERNEL, WallClock, measured_profile
+from softsim.run.loop import Callback, Increments, Relaxation, Results, Run, Stepping
 from softsim.run.record import CHANGED_BY_HAND, Progress, Record
-from softsim.run.statics import PathRun, StaticRun
+from softsim.run.statics import Derivatives, Equilibria, LoadStepping, PathStepping, WorkWarning
 from softsim.solver.energy import EnergyReader, interrupted_before_start, settle
 from softsim.solver.explicit import ExplicitSolver, Scenario
-from softsim.solver.stable_step import first_time_increment, time_increment
+from softsim.solver.stable_step import first_time_increment, stable_step, time_increment
 
 log = logging.getLogger("softsim")
 WORDLESS = nullcontext()
@@ -177,6 +180,51 @@ def renumbered(
 
 
 # -------------------------------------------------------------------------------------------------
+# The parts of a run.
+
+
+def assembled(
+    run: Run, given: Sequence[MakesStopCondition] = ()
+) -> tuple[Stepping, list[Callback]]:
+    """Return how a run advances, and what acts between its blocks, in the order of acting.
+
+    A dynamic run advances by increments of the explicit solver:
+
+    1. `StableSteps` inspects the elements before a block, if that is due, and sets the time step.
+    2. The solver computes the increments up to the next inspection or row, or the end of the run.
+    3. `Guards` stops the run if contact was missed or a chamber has collapsed.
+    4. `Rows` samples a row of the history, if that is due, and computes its columns. `Feedback`
+       counts pressure cycles, and controls the pressure by the row; `StopConditions` reads it.
+    5. `EnergyGuard` stops the run if the energy balance of the row is off.
+    6. `StopConditions` ends the run if one of them is met.
+    7. `Frames` writes the fields, if that is due.
+
+    At the start the run begins with 4. At the end `StableSteps` inspects the elements a last time.
+
+    A static run by relaxation is the same, but goes on until forces balance. One by Newton's method
+    advances by load steps up to the next row or frame, or along the path of equilibria. It has no
+    stable step; the energy error is a warning; `Equilibria` warns of an unstable end, `Derivatives`
+    computes those of a row that the scene asks for.
+
+    given: stop conditions in addition to those of the scene.
+    """
+    guards, feedback, stop = Guards(run), Feedback(run), StopConditions(run, given)
+    if run.model.takes_load_steps:
+        follows_path = run.model.relaxation is not None and run.model.relaxation.follows_path
+        stepping = PathStepping(run) if follows_path else LoadStepping(run)
+        equilibria = Equilibria(run, stepping)
+        rows = Rows(run, [feedback, equilibria, stop])
+        return stepping, [
+            guards, equilibria, feedback, rows, WorkWarning(run, rows), stop, Frames(run),
+            Derivatives(run, stepping, rows),
+        ]  # fmt: skip
+    rows = Rows(run, [feedback, stop])
+    return Increments(run) if run.model.relaxation is None else Relaxation(run), [
+        StableSteps(run), guards, feedback, rows, EnergyGuard(run, rows), stop, Frames(run),
+    ]  # fmt: skip
+
+
+# -------------------------------------------------------------------------------------------------
 # The batch.
 
 
@@ -244,11 +292,13 @@ class Batch:
             for of_run in files:
                 with of_run.logged():
                     log.info("kernels are ready, %.1f s after the start", self.clock.age)
-            kind = kind_of_run(files[0].model)
-            self.runs: list[Run] = [
-                kind(of_run, self.solver.scenario(s), self.reader, self.clock, given)
+            self.runs = [
+                Run(
+                    of_run, self.solver.scenario(s), self.reader, self.clock,
+                    partial(assembled, given=given),
+                )
                 for s, (of_run, given) in enumerate(zip(files, stop_conditions, strict=True))
-            ]
+            ]  # fmt: skip
             if checkpoint is not None:
                 with files[0].logged():
                     self.runs[0].resume(checkpoint)
@@ -275,7 +325,7 @@ class Batch:
     def _begin_after(self, earlier: EarlierStep) -> None:
         [run] = self.runs
         control = earlier.hand_over(run.scenario)
-        stable = run.estimator.at(run.scenario.positions())
+        stable = stable_step(run.model, run.scenario.positions())
         self.solver.start_motion(time_increment(run.model, stable))
         self.reader.update()
         with run.files.logged():
@@ -316,37 +366,27 @@ class Batch:
         return [run.outcome for run in self.runs if run.outcome is not None]
 
     def _loop(self, report: ProgressReport, asked: list[int], monitors: Sequence[Monitor]) -> None:
-        last_checkpoint = time.monotonic()
+        calls = CallMonitors(self.runs[0], monitors, asked)
+        beside = [calls, Interruption(self, asked), Display(self, report), TimedCheckpoints(self)]
         for s, error in self.unsettled.items():
             with self._attended(self.runs[s]):
                 with suppress(StabilityError):  # a symptom of the same
-                    self.runs[s].write_due()
+                    for callback in self.runs[s].callbacks:
+                        callback.act()
                 raise error
-        self.write_due()
-        watched, attached = self.runs[0], list(monitors)
-        call_monitors(attached, watched, lambda monitor: monitor.start(watched))
+        self.act()
+        calls.start()
         if not monitors:
             for run in self.running:
-                run.gather_rows()
-        while running := self.running:
-            call_monitors(attached, watched, lambda monitor: monitor.update(watched, asked))
-            if asked:
-                self._interrupt(signal.Signals(asked[0]).name)
+                run.callback(Rows).gather()
+        while self.running:
+            for callback in beside:
+                callback.before_block()
             self.do_blocks()
-            if report.is_due:
-                slowest = min(running, key=lambda run: run.scenario.time)
-                report.update(
-                    slowest.scenario.time,
-                    slowest.energy_error,
-                    slowest.contact_count,
-                    slowest.unbalanced_share,
-                    slowest.way_share,
-                )
-            since = time.monotonic() - last_checkpoint
-            if since >= min(run.output.checkpoint_interval for run in running):
-                self.checkpoint()
-                last_checkpoint = time.monotonic()
-        call_monitors(attached, watched, lambda monitor: monitor.update(watched, asked))
+            for callback in beside:
+                callback.act()
+        for callback in beside:
+            callback.at_end()
 
     def do_blocks(self) -> None:
         """Advance each run by a block of increments, with the guards, rows and frames due then."""
@@ -370,9 +410,10 @@ class Batch:
         """Compute the given number of increments of each run (scenarios,)."""
         with self.clock.spending_on(KERNEL):
             self.solver.continue_block(counts)
+        self.reader.is_current = False
 
     def end_blocks(self, runs: Sequence[Run]) -> None:
-        """Apply the guards, and write the rows and frames, due at the end of a block of these runs.
+        """Let the callbacks of these runs check and act on the end of a block.
 
         Runs that have an outcome stay as they are.
         """
@@ -381,22 +422,13 @@ class Batch:
             if run.outcome is None:
                 with self._attended(run):
                     run.end_block()
-        self.write_due(runs)
 
-    def write_due(self, runs: Sequence[Run] | None = None) -> None:
-        """Write the rows and frames that are due, and finish the runs that are at their end.
-
-        runs: those that are looked at, all by default.
-        """
-        running = self.running if runs is None else [run for run in runs if run.outcome is None]
-        if any(run.row_is_due for run in running):
-            with self.clock.spending_on(ROWS):
-                self.reader.update()
-        for run in running:
+    def act(self) -> None:
+        """Let the callbacks of all runs act on the start."""
+        self.reader.is_current = False
+        for run in self.running:
             with self._attended(run):
-                run.write_due()
-                if run.finished:
-                    run.finish()
+                run.act()
 
     def close(self) -> None:
         """Close the files of the runs that have no outcome, which are abandoned."""
@@ -407,14 +439,6 @@ class Batch:
         """Write the full state of each run that has no outcome yet."""
         for run in self.running:
             run.checkpoint()
-
-    def _interrupt(self, name: str) -> None:
-        self.checkpoint()
-        reached = min(run.scenario.time for run in self.running)
-        raise Interrupted(
-            f"stopped by {name} at t = {reached:.6g} s; checkpoint written",
-            hint="continue with --resume",
-        )
 
     @contextmanager
     def _attended(self, run: Run) -> Iterator[None]:
@@ -442,12 +466,79 @@ class Batch:
         files.write_summary(files.summary)
 
 
-def kind_of_run(model: Model) -> type[Run]:
-    """Return the class of the runs of a model and its scenarios; a static one has none."""
-    if not model.takes_load_steps:
-        return Run
-    assert model.relaxation is not None
-    return PathRun if model.relaxation.follows_path else StaticRun
+# -------------------------------------------------------------------------------------------------
+# What acts between the blocks of all runs of a batch, in this order. None has an effect on results,
+# except monitors that change loads.
+
+
+class CallMonitors(Callback):
+    """Calls of the monitors of a run. signals: SIGINT and SIGTERM received so far."""
+
+    def __init__(self, run: Run, monitors: Sequence[Monitor], signals: list[int]) -> None:
+        self.run, self.monitors, self.signals = run, list(monitors), signals
+
+    def start(self) -> None:
+        """Start the monitors."""
+        call_monitors(self.monitors, self.run, lambda monitor: monitor.start(self.run))
+
+    def before_block(self) -> None:
+        """Let the monitors follow the run, hold it, or change its loads."""
+        call_monitors(self.monitors, self.run, lambda m: m.update(self.run, self.signals))
+
+    def at_end(self) -> None:
+        """Let the monitors see the end."""
+        self.before_block()
+
+
+class Interruption(Callback):
+    """End of a batch by a signal. signals: SIGINT and SIGTERM received so far."""
+
+    def __init__(self, batch: Batch, signals: list[int]) -> None:
+        self.batch, self.signals = batch, signals
+
+    def before_block(self) -> None:
+        """Write checkpoints and raise Interrupted after a signal."""
+        if self.signals:
+            self.batch.checkpoint()
+            reached = min(run.scenario.time for run in self.batch.running)
+            raise Interrupted(
+                f"stopped by {signal.Signals(self.signals[0]).name} at t = {reached:.6g} s; "
+                "checkpoint written",
+                hint="continue with --resume",
+            )
+
+
+class Display(Callback):
+    """State of the slowest run on the console."""
+
+    def __init__(self, batch: Batch, report: ProgressReport) -> None:
+        self.batch, self.report = batch, report
+
+    def act(self) -> None:
+        """Show the state if what is shown is old."""
+        if not self.report.is_due:
+            return
+        run = min(self.batch.running or self.batch.runs, key=lambda run: run.scenario.time)
+        rows = run.callback(Rows)
+        self.report.update(
+            run.scenario.time, rows.energy_error, int(rows.row.get("contact_count", 0)),
+            rows.row.get("unbalanced_share", float("nan")),
+            run.callback(StopConditions).path_covered,
+        )  # fmt: skip
+
+
+class TimedCheckpoints(Callback):
+    """Checkpoints by the wall clock."""
+
+    def __init__(self, batch: Batch) -> None:
+        self.batch, self.last = batch, time.monotonic()
+
+    def act(self) -> None:
+        """Write the full state of all runs if the last checkpoint is old."""
+        since = time.monotonic() - self.last
+        if since >= min(run.output.checkpoint_interval for run in self.batch.runs):
+            self.batch.checkpoint()
+            self.last = time.monotonic()
 
 
 @contextmanager

@@ -15,7 +15,8 @@ from softsim.model import Model
 from softsim.output.folder import CHECKPOINT, RunFolder, claimed
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.run.batch import Batch, MakesSolver, Monitor, new_solver
-from softsim.run.course import Results, conditions_of_scene
+from softsim.run.callbacks import conditions_of_scene
+from softsim.run.loop import Results
 from softsim.run.record import RunFiles, fitting_checkpoint
 from softsim.scene.loading import Loaded, LoadedScene, load_scene
 from softsim.scene.steps import AT_THE_START, Beginning

@@ -32,7 +32,7 @@ from softsim.output.folder import (
 )
 from softsim.output.history import read_history
 from softsim.run.batch import Batch, EarlierStep, Monitor
-from softsim.run.course import Results
+from softsim.run.loop import Results
 from softsim.run.record import RunFiles
 from softsim.run.scenes import outcome_of, ready_model, resumed
 from softsim.scene.steps import AT_THE_START, Step, following

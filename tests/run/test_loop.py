@@ -2,7 +2,7 @@
 
 import pytest
 
-from softsim.run.course import increments_to
+from softsim.run.loop import increments_to
 
 END = 4e-3
 
