@@ -28,10 +28,15 @@ from softsim.run.control import Feedback
 from softsim.run.cost import KERNEL, WallClock, measured_profile
 from softsim.run.loop import Callback, Increments, Relaxation, Results, Run, Stepping
 from softsim.run.record import CHANGED_BY_HAND, Progress, Record
-from softsim.run.statics import Derivatives, Equilibria, LoadStepping, PathStepping, WorkWarning
+from softsim.run.statics import Derivatives, Equilibria, LoadStepping, PathStepping
 from softsim.solver.energy import EnergyReader, interrupted_before_start, settle
 from softsim.solver.explicit import ExplicitSolver, Scenario
-from softsim.solver.stable_step import first_time_increment, stable_step, time_increment
+from softsim.solver.stable_step import (
+    estimator,
+    first_time_increment,
+    stable_step,
+    time_increment,
+)
 
 log = logging.getLogger("softsim")
 WORDLESS = nullcontext()
@@ -203,8 +208,8 @@ def assembled(
 
     A static run by relaxation is the same, but goes on until forces balance. One by Newton's method
     advances by load steps up to the next row or frame, or along the path of equilibria. It has no
-    stable step; the energy error is a warning; `Equilibria` warns of an unstable end, `Derivatives`
-    computes those of a row that the scene asks for.
+    stable step; `Equilibria` warns of an energy error and of an unstable end, `Derivatives`
+    computes those that the scene asks for.
 
     given: stop conditions in addition to those of the scene.
     """
@@ -215,8 +220,7 @@ def assembled(
         equilibria = Equilibria(run, stepping)
         rows = Rows(run, [feedback, equilibria, stop])
         return stepping, [
-            guards, equilibria, feedback, rows, WorkWarning(run, rows), stop, Frames(run),
-            Derivatives(run, stepping, rows),
+            guards, feedback, rows, equilibria, stop, Frames(run), Derivatives(run, stepping, rows),
         ]  # fmt: skip
     rows = Rows(run, [feedback, stop])
     return Increments(run) if run.model.relaxation is None else Relaxation(run), [
@@ -243,26 +247,6 @@ class Monitor(Protocol):
 
         signals: SIGINT and SIGTERM received so far, a list that grows.
         """
-
-
-def call_monitors(monitors: list[Monitor], run: Run, call: Callable[[Monitor], None]) -> None:
-    """Call each monitor of a run; remove one that raises an error, with a warning and a traceback
-    in the log.
-    """
-    for monitor in tuple(monitors):
-        try:
-            call(monitor)
-        except Exception as error:
-            monitors.remove(monitor)
-            name = type(monitor).__name__
-            with run.files.logged():
-                run.files.warn(
-                    {
-                        f"failed monitor {name}": f"t = {run.scenario.time:.6g} s: {name} failed "
-                        f"and no longer follows the run, which continues ({error!r})"
-                    }
-                )
-                log.info("traceback of %s", name, exc_info=error)
 
 
 class Batch:
@@ -318,18 +302,25 @@ class Batch:
             self.reader.update()
             for run in self.runs:
                 with run.files.logged():
-                    run.begin(settled.get(run.scenario.number))
+                    if (duration := settled.get(run.scenario.number)) is not None:
+                        moved = 1e3 * np.abs(run.scenario.positions() - run.model.points).max()
+                        log.info(
+                            "settled within %.3g s, largest displacement %.3g mm", duration, moved
+                        )
+                    run.begin(estimator(run.model).at_rest, run.model.points)
         if asked:
             raise interrupted_before_start(asked)
 
     def _begin_after(self, earlier: EarlierStep) -> None:
         [run] = self.runs
         control = earlier.hand_over(run.scenario)
-        stable = stable_step(run.model, run.scenario.positions())
+        x = run.scenario.positions()
+        stable = stable_step(run.model, x)
         self.solver.start_motion(time_increment(run.model, stable))
         self.reader.update()
         with run.files.logged():
-            run.begin_step(control)
+            log.info("starts at t = %.6g s, the end of the previous step", run.scenario.time)
+            run.begin(stable, x, control)
             run.files.warn(earlier.changes_by_hand | earlier.jumps(run.scenario))
 
     @property
@@ -367,7 +358,7 @@ class Batch:
 
     def _loop(self, report: ProgressReport, asked: list[int], monitors: Sequence[Monitor]) -> None:
         calls = CallMonitors(self.runs[0], monitors, asked)
-        beside = [calls, Interruption(self, asked), Display(self, report), TimedCheckpoints(self)]
+        beside = [calls, Checkpoints(self, asked), Display(self, report)]
         for s, error in self.unsettled.items():
             with self._attended(self.runs[s]):
                 with suppress(StabilityError):  # a symptom of the same
@@ -389,7 +380,7 @@ class Batch:
             callback.at_end()
 
     def do_blocks(self) -> None:
-        """Advance each run by a block of increments, with the guards, rows and frames due then."""
+        """Advance each run by a block of increments, and let its callbacks act."""
         running = self.running
         self.continue_block(self.next_blocks(running))
         self.end_blocks(running)
@@ -472,32 +463,55 @@ class Batch:
 
 
 class CallMonitors(Callback):
-    """Calls of the monitors of a run. signals: SIGINT and SIGTERM received so far."""
+    """Calls of the monitors of a run; one that raises an error is removed, with a warning.
 
-    def __init__(self, run: Run, monitors: Sequence[Monitor], signals: list[int]) -> None:
+    signals: SIGINT and SIGTERM received so far.
+    """
+
+    def __init__(self, run: Run, monitors: Sequence[Monitor], signals: Sequence[int]) -> None:
         self.run, self.monitors, self.signals = run, list(monitors), signals
 
     def start(self) -> None:
         """Start the monitors."""
-        call_monitors(self.monitors, self.run, lambda monitor: monitor.start(self.run))
+        self._call(lambda monitor: monitor.start(self.run))
 
     def before_block(self) -> None:
         """Let the monitors follow the run, hold it, or change its loads."""
-        call_monitors(self.monitors, self.run, lambda m: m.update(self.run, self.signals))
+        self._call(lambda monitor: monitor.update(self.run, self.signals))
 
     def at_end(self) -> None:
         """Let the monitors see the end."""
         self.before_block()
 
+    def _call(self, call: Callable[[Monitor], None]) -> None:
+        run = self.run
+        for monitor in tuple(self.monitors):
+            try:
+                call(monitor)
+            except Exception as error:
+                self.monitors.remove(monitor)
+                name = type(monitor).__name__
+                with run.files.logged():
+                    run.files.warn(
+                        {
+                            f"failed monitor {name}": f"t = {run.scenario.time:.6g} s: {name} "
+                            f"failed and no longer follows the run, which continues ({error!r})"
+                        }
+                    )
+                    log.info("traceback of %s", name, exc_info=error)
 
-class Interruption(Callback):
-    """End of a batch by a signal. signals: SIGINT and SIGTERM received so far."""
 
-    def __init__(self, batch: Batch, signals: list[int]) -> None:
-        self.batch, self.signals = batch, signals
+class Checkpoints(Callback):
+    """Checkpoints by the wall clock, and at a signal, which ends the batch.
+
+    signals: SIGINT and SIGTERM received so far.
+    """
+
+    def __init__(self, batch: Batch, signals: Sequence[int]) -> None:
+        self.batch, self.signals, self.last = batch, signals, time.monotonic()
 
     def before_block(self) -> None:
-        """Write checkpoints and raise Interrupted after a signal."""
+        """Raise Interrupted after a signal."""
         if self.signals:
             self.batch.checkpoint()
             reached = min(run.scenario.time for run in self.batch.running)
@@ -506,6 +520,13 @@ class Interruption(Callback):
                 "checkpoint written",
                 hint="continue with --resume",
             )
+
+    def act(self) -> None:
+        """Write checkpoints if the last ones are old."""
+        since = time.monotonic() - self.last
+        if since >= min(run.output.checkpoint_interval for run in self.batch.runs):
+            self.batch.checkpoint()
+            self.last = time.monotonic()
 
 
 class Display(Callback):
@@ -525,20 +546,6 @@ class Display(Callback):
             rows.row.get("unbalanced_share", float("nan")),
             run.callback(StopConditions).path_covered,
         )  # fmt: skip
-
-
-class TimedCheckpoints(Callback):
-    """Checkpoints by the wall clock."""
-
-    def __init__(self, batch: Batch) -> None:
-        self.batch, self.last = batch, time.monotonic()
-
-    def act(self) -> None:
-        """Write the full state of all runs if the last checkpoint is old."""
-        since = time.monotonic() - self.last
-        if since >= min(run.output.checkpoint_interval for run in self.batch.runs):
-            self.batch.checkpoint()
-            self.last = time.monotonic()
 
 
 @contextmanager

@@ -9,9 +9,10 @@ A device is measured by element updates a second of a scene that softsim carries
 
 import multiprocessing
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib import resources
@@ -239,21 +240,6 @@ def _rate(device: str, threads: int, work: Workload, seconds: float) -> float:
 
 START, KERNEL = "start", "kernel"
 INSPECTIONS, ROWS, FRAMES, CHECKPOINTS = "inspections", "rows", "frames", "checkpoints"
-# Work of the host beside the increments.
-HOST_WORK = (INSPECTIONS, ROWS, FRAMES, CHECKPOINTS)
-
-
-class Stopwatch:
-    """Context that adds its wall time [s] to a part of those spent."""
-
-    def __init__(self, spent: dict[str, float], part: str) -> None:
-        self.spent, self.part = spent, part
-
-    def __enter__(self) -> None:
-        self.began = time.monotonic()
-
-    def __exit__(self, *error: object) -> None:
-        self.spent[self.part] += time.monotonic() - self.began
 
 
 class WallClock:
@@ -268,8 +254,8 @@ class WallClock:
     def __init__(self) -> None:
         self.began = time.monotonic()
         self.first_increment_after = 0.0
-        self.spent = dict.fromkeys((START, KERNEL, *HOST_WORK), 0.0)
-        self._stopwatches = {part: Stopwatch(self.spent, part) for part in self.spent}
+        parts = (START, KERNEL, INSPECTIONS, ROWS, FRAMES, CHECKPOINTS)
+        self.spent = dict.fromkeys(parts, 0.0)
 
     @property
     def age(self) -> float:
@@ -293,6 +279,11 @@ class WallClock:
         whole = self.age
         return self.spent | {"other": whole - sum(self.spent.values())}
 
-    def spending_on(self, part: str) -> Stopwatch:
-        """Return a context that adds its wall time to a part; blocks must not be nested."""
-        return self._stopwatches[part]
+    @contextmanager
+    def spending_on(self, part: str) -> Iterator[None]:
+        """Add the wall time of the block to a part; blocks must not be nested."""
+        began = time.monotonic()
+        try:
+            yield
+        finally:
+            self.spent[part] += time.monotonic() - began

@@ -27,7 +27,7 @@ from softsim.solver.energy import EnergyBalance, EnergyReader, moves, unbalanced
 from softsim.solver.explicit import Scenario, longest_block
 from softsim.solver.guards import refuse_no_equilibrium, step_warnings, turning_warnings
 from softsim.solver.plausibility import output_warnings, plausibility_warnings
-from softsim.solver.stable_step import StableStep, StableStepSchedule, estimator
+from softsim.solver.stable_step import StableStep, StableStepSchedule
 
 log = logging.getLogger("softsim")
 
@@ -145,27 +145,12 @@ class Run:
 
     # --- the start -------------------------------------------------------------------------------
 
-    def begin(self, settled: float | None) -> None:
-        """Start at t = 0; the energy reader must be up to date.
+    def begin(self, stable: StableStep, x: np.ndarray, control: ControlState | None = None) -> None:
+        """Start with this stable step and the nodes at x (n, d) [m].
 
-        settled: simulated time [s] of the settling before, None without one.
+        The energy reader must be up to date. control: state of a controlled pressure that
+        continues.
         """
-        if settled is not None:
-            moved = np.abs(self.scenario.positions() - self.model.points).max()
-            log.info("settled within %.3g s, largest displacement %.3g mm", settled, 1e3 * moved)
-        self._start(estimator(self.model).at_rest, self.model.points, None)
-
-    def begin_step(self, control: ControlState | None) -> None:
-        """Start at the end of the previous step; the energy reader must be up to date.
-
-        control: state of a controlled pressure that continues.
-        """
-        log.info("starts at t = %.6g s, the end of the previous step", self.scenario.time)
-        x = self.scenario.positions()
-        self._start(estimator(self.model).at(x), x, control)
-
-    def _start(self, stable: StableStep, x: np.ndarray, control: ControlState | None) -> None:
-        """Start with this stable step and the nodes at x (n, d) [m]."""
         for region in self.model.regions:
             log.info("material %s", region.material.describe())
         if self.model.mass_scaling is not None:

@@ -25,7 +25,7 @@ from softsim.model import Model
 from softsim.output.folder import Checkpoint
 from softsim.output.observation import wall_forces
 from softsim.rigid import Pose
-from softsim.run.batch import Batch, Monitor, call_monitors
+from softsim.run.batch import Batch, CallMonitors, Monitor
 from softsim.run.callbacks import Rows
 from softsim.run.control import Feedback, LoadCommands, number
 from softsim.run.gradient import Parameter, derivatives
@@ -164,7 +164,7 @@ class Simulation:
         self._run, self._solver = batch.runs[number], batch.solver
         self._scenario = self._run.scenario
         self._commands = LoadCommands(self._run)
-        self._monitors: list[Monitor] = []
+        self._calls = CallMonitors(self._run, (), ())
         self._asked, self._left = 0.0, 0
         self._start = self.save()
 
@@ -443,11 +443,7 @@ class Simulation:
         """
         self._refuse_stale()
         monitor.start(self._run)
-        self._monitors.append(monitor)
-
-    def _update_monitors(self, signals: Sequence[int]) -> None:
-        run = self._run
-        call_monitors(self._monitors, run, lambda monitor: monitor.update(run, signals))
+        self._calls.monitors.append(monitor)
 
     # --- back to an earlier moment ---------------------------------------------------------------
 
@@ -668,7 +664,8 @@ def _step_together(simulations: Sequence[Simulation], durations: Sequence[float]
                 )
             _advance(behind)
             for simulation in behind:
-                simulation._update_monitors(signals)
+                simulation._calls.signals = signals
+                simulation._calls.before_block()
 
 
 def _advance(simulations: Sequence[Simulation]) -> None:

@@ -160,6 +160,19 @@ class Equilibria(RowReader):
             "unstable_modes": np.array([unstable]),
         }
 
+    def act(self) -> None:
+        """Warn if the energy balance of a new row is off: of the work alone, as forces balance."""
+        rows = self.run.callback(Rows)
+        if rows.is_new and rows.energy_error > self.run.model.energy_error_limit:
+            self.run.files.warn(
+                {
+                    "external work": f"the energy balance is off by {100.0 * rows.energy_error:.3g}"
+                    " %: load steps are too long to sum up the external work, or the body has "
+                    "jumped to another equilibrium; the forces balance. Shorten "
+                    "output.history_interval if you need the work"
+                }
+            )
+
     def at_end(self) -> None:
         """Warn if the last equilibrium is unstable, and check the elements."""
         with self.run.clock.spending_on(INSPECTIONS):
@@ -179,26 +192,6 @@ class Equilibria(RowReader):
             "method follows such a path, a body leaves it; find a stable state by time.method: "
             "relaxation, and the modes by `softsim modes`"
         }
-
-
-class WorkWarning(Callback):
-    """Warning about the energy balance, whose error is that of the work alone: forces balance."""
-
-    def __init__(self, run: Run, rows: Rows) -> None:
-        self.run, self.rows = run, rows
-
-    def act(self) -> None:
-        """Warn if the balance of a new row is off."""
-        error = self.rows.energy_error
-        if self.rows.is_new and error > self.run.model.energy_error_limit:
-            self.run.files.warn(
-                {
-                    "external work": f"the energy balance is off by {100.0 * error:.3g} %: load "
-                    "steps are too long to sum up the external work, or the body has jumped to "
-                    "another equilibrium; the forces balance. Shorten output.history_interval if "
-                    "you need the work"
-                }
-            )
 
 
 class Derivatives(Callback):
