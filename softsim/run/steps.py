@@ -31,10 +31,9 @@ from softsim.output.folder import (
     replacing,
 )
 from softsim.output.history import read_history
-from softsim.run.batch import Batch, EarlierStep, Monitor
+from softsim.run.batch import EarlierStep, Monitor
 from softsim.run.loop import Results
-from softsim.run.record import RunFiles
-from softsim.run.scenes import outcome_of, ready_model, resumed
+from softsim.run.scenes import opened, outcome_of, ready_model
 from softsim.scene.steps import AT_THE_START, Step, following
 
 
@@ -198,9 +197,7 @@ class Work:
         if not (path / CHECKPOINT).is_file():
             return None
         checkpoint = read_checkpoint(path / CHECKPOINT)
-        mismatch = checkpoint.mismatch(step.loaded)
-        if not mismatch and not self.choice.allows(checkpoint.device):
-            mismatch = f"was computed on {checkpoint.device}, this is {self.choice.device}"
+        mismatch = mismatch_of(checkpoint, step, self.choice)
         if not mismatch:
             return checkpoint
         self.console.print(f"step '{step.name}' {mismatch}: it is run again", highlight=False)
@@ -217,11 +214,9 @@ class Work:
     ) -> Results:
         target = RunFolder(path)
         with claimed(path):
-            if resume:
-                batch = resumed(step.loaded, model, target, self.choice, self.console)
-            else:
-                files = RunFiles(step.loaded, model, target, self.console)
-                batch = Batch([files], self.choice, [()], earlier=earlier)
+            batch = opened(
+                step.loaded, model, target, self.choice, self.console, resume, earlier=earlier
+            )
             return outcome_of(batch, self.console, self.profile, self.monitors)
 
     def write_summary(self, status: str) -> None:
@@ -306,13 +301,16 @@ def why_not(path: Path, step: Step, choice: Choice) -> str:
         return f"{path.name} is not complete there, but {status}"
     if not (path / CHECKPOINT).is_file():
         return f"{path.name} has no {CHECKPOINT}"
-    checkpoint = read_checkpoint(path / CHECKPOINT)
+    mismatch = mismatch_of(read_checkpoint(path / CHECKPOINT), step, choice)
+    return f"{path.name} {mismatch}" if mismatch else ""
+
+
+def mismatch_of(checkpoint: Checkpoint, step: Step, choice: Choice) -> str:
+    """Return how a checkpoint differs from a step on a device, as a predicate; "" if it fits."""
     mismatch = checkpoint.mismatch(step.loaded)
-    if mismatch:
-        return f"{path.name} {mismatch}"
-    if not choice.allows(checkpoint.device):
-        return f"{path.name} was computed on {checkpoint.device}, this is {choice.device}"
-    return ""
+    if not mismatch and not choice.allows(checkpoint.device):
+        return f"was computed on {checkpoint.device}, this is {choice.device}"
+    return mismatch
 
 
 def take_step(source: Path, target: RunFolder) -> None:

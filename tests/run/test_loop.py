@@ -1,8 +1,10 @@
-"""Rows of the history and blocks of increments, without a solver."""
+"""Blocks of increments and callbacks between them, without a solver."""
+
+from types import SimpleNamespace
 
 import pytest
 
-from softsim.run.loop import increments_to
+from softsim.run.loop import Callback, Run, increments_to
 
 END = 4e-3
 
@@ -21,3 +23,38 @@ END = 4e-3
 )
 def test_a_row_shows_what_acted_up_to_the_time_when_it_is_due(due, time, dt, increments):
     assert increments_to(due, time, dt, END) == increments
+
+
+class Noted(Callback):
+    """Callback that notes when it acts."""
+
+    def __init__(self, name, left, notes):
+        self.name, self.left, self.notes = name, left, notes
+
+    def increments_left(self):
+        return self.left
+
+    def before_block(self):
+        self.notes.append(f"{self.name} before")
+
+    def check_block(self):
+        self.notes.append(f"{self.name} checks")
+
+    def act(self):
+        self.notes.append(f"{self.name} acts")
+
+
+def test_a_block_ends_where_the_first_callback_has_to_act():
+    """At the start callbacks act in order; after a block all check before the first acts."""
+    loaded = SimpleNamespace(scene=SimpleNamespace(output=None))
+    run = Run(SimpleNamespace(model=None, loaded=loaded), None, None, None, None)
+    notes = []
+    run.stepping = SimpleNamespace(next_block=lambda longest: longest, is_complete=lambda: False)
+    run.callbacks = [Noted("a", 7, notes), Noted("b", 5, notes), Callback()]
+    run.act()
+    assert notes == ["a acts", "b acts"]
+    notes.clear()
+    assert run.next_block() == 5
+    run.end_block()
+    assert notes == ["a before", "b before", "a checks", "b checks", "a acts", "b acts"]
+    assert not run.finished and run.callback(Noted).name == "a"
