@@ -23,12 +23,19 @@ from softsim.output.compiling import compiling
 from softsim.output.console import ProgressReport, phase
 from softsim.output.folder import Checkpoint
 from softsim.output.stop_conditions import MakesStopCondition
-from softsim.run.callbacks import EnergyGuard, Frames, Guards, Rows, StableSteps, StopConditions
+from softsim.run.callbacks import (
+    EnergyGuard,
+    FrameOutput,
+    Guards,
+    Rows,
+    StableSteps,
+    StopConditions,
+)
 from softsim.run.control import Feedback
 from softsim.run.cost import KERNEL, WallClock, measured_profile
-from softsim.run.loop import Callback, Increments, Relaxation, Results, Run, Stepping
+from softsim.run.loop import Callback, Increments, RelaxationIncrements, Results, Run, Stepping
 from softsim.run.record import CHANGED_BY_HAND, Progress, Record
-from softsim.run.statics import Derivatives, Equilibria, LoadStepping, PathStepping
+from softsim.run.statics import Equilibria, LoadStepping, PathStepping, RowDerivatives
 from softsim.solver.energy import EnergyReader, interrupted_before_start, settle
 from softsim.solver.explicit import ExplicitSolver, Scenario
 from softsim.solver.stable_step import (
@@ -202,30 +209,32 @@ def assembled(
        counts pressure cycles, and controls the pressure by the row; `StopConditions` reads it.
     5. `EnergyGuard` stops the run if the energy balance of the row is off.
     6. `StopConditions` ends the run if one of them is met.
-    7. `Frames` writes the fields, if that is due.
+    7. `FrameOutput` writes the fields, if that is due.
 
     At the start the run begins with 4. At the end `StableSteps` inspects the elements a last time.
 
     A static run by relaxation is the same, but goes on until forces balance. One by Newton's method
     advances by load steps up to the next row or frame, or along the path of equilibria. It has no
-    stable step; `Equilibria` warns of an energy error and of an unstable end, `Derivatives`
+    stable step; `Equilibria` warns of an energy error and of an unstable end, `RowDerivatives`
     computes those that the scene asks for.
+
+    Beside the runs a batch calls monitors, writes checkpoints by the wall clock and shows the
+    state (end of this file).
 
     given: stop conditions in addition to those of the scene.
     """
     guards, feedback, stop = Guards(run), Feedback(run), StopConditions(run, given)
+    frames, path = FrameOutput(run), run.model.relaxation
     if run.model.takes_load_steps:
-        follows_path = run.model.relaxation is not None and run.model.relaxation.follows_path
+        follows_path = path is not None and path.follows_path
         stepping = PathStepping(run) if follows_path else LoadStepping(run)
         equilibria = Equilibria(run, stepping)
         rows = Rows(run, [feedback, equilibria, stop])
-        return stepping, [
-            guards, feedback, rows, equilibria, stop, Frames(run), Derivatives(run, stepping, rows),
-        ]  # fmt: skip
+        derivatives = RowDerivatives(run, stepping, rows)
+        return stepping, [guards, feedback, rows, equilibria, stop, frames, derivatives]
     rows = Rows(run, [feedback, stop])
-    return Increments(run) if run.model.relaxation is None else Relaxation(run), [
-        StableSteps(run), guards, feedback, rows, EnergyGuard(run, rows), stop, Frames(run),
-    ]  # fmt: skip
+    between = [StableSteps(run), guards, feedback, rows, EnergyGuard(run, rows), stop, frames]
+    return Increments(run) if path is None else RelaxationIncrements(run), between
 
 
 # -------------------------------------------------------------------------------------------------

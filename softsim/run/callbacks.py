@@ -345,7 +345,7 @@ def conditions_of_scene(loaded: LoadedScene, model: Model) -> list[StopCondition
     return conditions
 
 
-class Frames(Callback):
+class FrameOutput(Callback):
     """Frames of the fields."""
 
     def __init__(self, run: Run) -> None:

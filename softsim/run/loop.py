@@ -362,7 +362,7 @@ class Increments:
         return {}
 
 
-class Relaxation(Increments):
+class RelaxationIncrements(Increments):
     """Increments of a static run by relaxation, which goes on until forces balance."""
 
     def is_complete(self) -> bool:

@@ -194,7 +194,7 @@ class Equilibria(RowReader):
         }
 
 
-class Derivatives(Callback):
+class RowDerivatives(Callback):
     """Derivatives of the rows at the times at which the scene asks for them."""
 
     def __init__(self, run: Run, stepping: LoadStepping, rows: Rows) -> None:
