@@ -45,8 +45,9 @@ from softsim.report.page.robot import (
     walls_move,
 )
 from softsim.report.style import COLOURS, FRAME, INK, PALE, QUIET, WALL
-from softsim.run.commands import Adjustable, LoadCommands
-from softsim.run.course import Run
+from softsim.run.callbacks import Rows
+from softsim.run.control import Adjustable, LoadCommands
+from softsim.run.loop import Run
 from softsim.run.record import CHANGED_BY_HAND
 from softsim.run.simulation import Simulation
 from softsim.scene.outputs import probe_columns
@@ -391,7 +392,7 @@ class RunView:
         earlier = run.files.rows()  # of a run that is resumed, too
         for values in zip(*earlier.values(), strict=True):
             self.curve.note(dict(zip(earlier, values, strict=True)))
-        self.curve.note(run.row)
+        self.curve.note(run.callback(Rows).row)
         self._described = description(run.model, title)
         self.picture = LivePicture(server, present_frames(run.scenario, self._described))
         self._latest = run.scenario.time
@@ -411,7 +412,7 @@ class RunView:
         if now < self._latest:
             self._return_to(now)
         self._latest = now
-        self.curve.note(self.run.row)
+        self.curve.note(self.run.callback(Rows).row)
         self._apply()
         is_held = self._controls.holds(now)
         if is_held or self.run.outcome is not None or self._is_due(now):

@@ -526,7 +526,7 @@ def values(run: RecordedRun) -> dict[str, Any]:
 # -------------------------------------------------------------------------------------------------
 # All measures that a scene has, with those that are computed elsewhere.
 
-SIZES_AND_TIMES = {
+OF_EVERY_RUN = {
     "simulated_time": TIME,
     "wall_time": TIME,
     "time_increment": TIME,
@@ -534,8 +534,10 @@ SIZES_AND_TIMES = {
     "node_count": NUMBER,
     "element_count": NUMBER,
     "energy_error": NUMBER,
+    "contact_chatter": NUMBER,
+    "largest_penetration": SHARE,
 }
-"""Measures that every run writes about itself."""
+"""Measures that every run writes about itself, and that do not follow from its history."""
 
 VERDICTS = {
     Part.LAYOUT: {
@@ -576,10 +578,12 @@ def produced(scene: Scene) -> dict[str, Measure]:
     A run that is too short has fewer: only whole pressure cycles count.
     """
     parts = parts_of(scene)
-    found = SIZES_AND_TIMES | {m.name: m.kind for m in MEASURES if m.needs <= parts}
+    found = OF_EVERY_RUN | {m.name: m.kind for m in MEASURES if m.needs <= parts}
     for part, verdict in VERDICTS.items():
         if part in parts:
             found |= verdict
+    if scene.contact.self_contact or scene.contact.pairs:
+        found["largest_body_penetration"] = SHARE
     probes = probe_readings(scene)
     for name in ("probes", "probes_min", "probes_max"):
         found |= {f"{name}.{column}": kind for column, kind in probes.items()}

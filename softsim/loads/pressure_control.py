@@ -157,7 +157,7 @@ class ControlledPressure(PressureSource):
         return math.inf
 
     def cycles_done(self, time: float) -> int:
-        """Return 0: the control counts its cycles (run/course.py)."""
+        """Return 0: the control counts its cycles (run/control.py)."""
         return 0
 
     def value_at(self, time: float) -> float:

@@ -6,7 +6,8 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -16,22 +17,39 @@ from softsim.compute import backend
 from softsim.compute.machine import Choice
 from softsim.errors import Interrupted, OutputError, SoftsimError, StabilityError
 from softsim.interruption import stop_signals
+from softsim.loads.pressure_control import ControlState
 from softsim.model import Model
 from softsim.output.compiling import compiling
 from softsim.output.console import ProgressReport, phase
 from softsim.output.folder import Checkpoint
 from softsim.output.stop_conditions import MakesStopCondition
-from softsim.run.cost import measured_profile
-from softsim.run.course import KERNEL, ROWS, Results, Run, WallClock
-from softsim.run.handover import EarlierStep
-from softsim.run.record import Record
-from softsim.run.statics import PathRun, StaticRun
+from softsim.run.callbacks import (
+    EnergyGuard,
+    FrameOutput,
+    Guards,
+    Rows,
+    StableSteps,
+    StopConditions,
+)
+from softsim.run.control import Feedback
+from softsim.run.cost import KERNEL, WallClock, measured_profile
+from softsim.run.loop import Callback, Increments, RelaxationIncrements, Results, Run, Stepping
+from softsim.run.record import CHANGED_BY_HAND, Progress, Record
+from softsim.run.statics import Equilibria, LoadStepping, PathStepping, RowDerivatives
 from softsim.solver.energy import EnergyReader, interrupted_before_start, settle
-from softsim.solver.explicit import ExplicitSolver
-from softsim.solver.stable_step import first_time_increment, time_increment
+from softsim.solver.explicit import ExplicitSolver, Scenario
+from softsim.solver.stable_step import (
+    estimator,
+    first_time_increment,
+    stable_step,
+    time_increment,
+)
 
 log = logging.getLogger("softsim")
 WORDLESS = nullcontext()
+
+JUMP = 0.02
+"""Jump of a pressure at the start of a step, over the larger of both, that causes a warning."""
 
 MakesSolver = Callable[[list[Model], Choice], tuple[ExplicitSolver, EnergyReader]]
 """Function that makes the solver of models of one structure, and the reader of its energies."""
@@ -79,6 +97,150 @@ class ReusedSolver:
         return solver, reader
 
 
+# -------------------------------------------------------------------------------------------------
+# The state that a step takes over from the previous one: positions, velocities, internal states of
+# bodies, contacts and loads, and the state of a controlled pressure that continues.
+
+
+@dataclass(frozen=True)
+class EarlierStep:
+    """Previous step at its end: its model and its checkpoint."""
+
+    model: Model
+    checkpoint: Checkpoint
+
+    @property
+    def end(self) -> float:
+        """End time of the step [s]."""
+        return self._progress.time
+
+    @property
+    def _progress(self) -> Progress:
+        return Progress.written(self.checkpoint.progress)
+
+    @property
+    def changes_by_hand(self) -> dict[str, str]:
+        """Warnings (kind -> text) about loads changed by hand in this step or an earlier one."""
+        warnings = self._progress.warnings.items()
+        return {kind: text for kind, text in warnings if kind.startswith(CHANGED_BY_HAND)}
+
+    def _state_for(self, model: Model) -> dict[str, np.ndarray]:
+        return renumbered(self.checkpoint.state, self.model.load_names, model.load_names)
+
+    def hand_over(self, scenario: Scenario) -> ControlState | None:
+        """Continue the only scenario of a solver from here.
+
+        Return the state of its controlled pressure, None if none continues.
+        """
+        progress, solver = self._progress, scenario.solver
+        solver.take_over(self._state_for(scenario.model), progress.time)
+        if self.model.relaxation is None:
+            solver.go_back_half(progress.time_increment)
+        else:
+            solver.come_to_rest(progress.time_increment)
+        chamber = scenario.model.chamber
+        if chamber is None or chamber.source.control is None:
+            return None
+        settings = chamber.source.control
+        if settings.start < progress.time:
+            return progress.control
+        # It begins in this step, with the pressure that is there.
+        term = scenario.term_of(chamber)
+        now = replace(settings.first_ramp(), pressure=float(scenario.read(term.pressure)))
+        term.kernel.set_ramp(scenario.number, now)
+        return None
+
+    def jumps(self, scenario: Scenario) -> dict[str, str]:
+        """Return warnings (kind -> text) on chambers whose pressure jumps at the start of the step.
+
+        The scenario must have started.
+        """
+        state, found = self._state_for(scenario.model), {}
+        for number, load in enumerate(scenario.model.loads):
+            pressure = state.get(f"loads/{number}/pressure")
+            if pressure is None:
+                continue
+            before, now = float(pressure[0]), float(scenario.read(scenario.term_of(load).pressure))
+            if abs(now - before) > JUMP * max(abs(now), abs(before)):
+                name = scenario.model.load_names[number]
+                found[f"jump of {name}"] = (
+                    f"'{name}' jumps from {1e-3 * before:.4g} to {1e-3 * now:.4g} kPa on the "
+                    "facets at the start of the step: start its profile at the last value of "
+                    "the previous step"
+                )
+        return found
+
+
+def renumbered(
+    state: dict[str, np.ndarray], before: tuple[str, ...], now: tuple[str, ...]
+) -> dict[str, np.ndarray]:
+    """Return a solver's state with its loads renumbered from the names `before` to those `now`.
+
+    Loads that no longer exist are left out.
+    """
+    result = {}
+    for key, values in state.items():
+        owner, _, rest = key.partition("/")
+        if owner == "loads":
+            number, _, field = rest.partition("/")
+            name = before[int(number)]
+            if name not in now:
+                continue
+            key = f"loads/{now.index(name)}/{field}"
+        result[key] = values
+    return result
+
+
+# -------------------------------------------------------------------------------------------------
+# The parts of a run.
+
+
+def assembled(
+    run: Run, given: Sequence[MakesStopCondition] = ()
+) -> tuple[Stepping, list[Callback]]:
+    """Return how a run advances, and what acts between its blocks, in the order of acting.
+
+    A dynamic run advances by increments of the explicit solver:
+
+    1. `StableSteps` inspects the elements before a block, if that is due, and sets the time step.
+    2. The solver computes the increments up to the next inspection or row, or the end of the run.
+    3. `Guards` stops the run if contact was missed or a chamber has collapsed.
+    4. `Rows` samples a row of the history, if that is due, and computes its columns. `Feedback`
+       counts pressure cycles, and controls the pressure by the row; `StopConditions` reads it.
+    5. `EnergyGuard` stops the run if the energy balance of the row is off.
+    6. `StopConditions` ends the run if one of them is met.
+    7. `FrameOutput` writes the fields, if that is due.
+
+    At the start the run begins with 4. At the end `StableSteps` inspects the elements a last time.
+
+    A static run by relaxation is the same, but goes on until forces balance. One by Newton's method
+    advances by load steps up to the next row or frame, or along the path of equilibria. It has no
+    stable step; `Equilibria` warns of an energy error and of an unstable end, `RowDerivatives`
+    computes those that the scene asks for.
+
+    Beside the runs a batch calls monitors, writes checkpoints by the wall clock and shows the
+    state (end of this file).
+
+    given: stop conditions in addition to those of the scene.
+    """
+    guards, feedback, stop = Guards(run), Feedback(run), StopConditions(run, given)
+    frames, path = FrameOutput(run), run.model.relaxation
+    if run.model.takes_load_steps:
+        follows_path = path is not None and path.follows_path
+        stepping = PathStepping(run) if follows_path else LoadStepping(run)
+        equilibria = Equilibria(run, stepping)
+        rows = Rows(run, [feedback, equilibria, stop])
+        derivatives = RowDerivatives(run, stepping, rows)
+        return stepping, [guards, feedback, rows, equilibria, stop, frames, derivatives]
+    rows = Rows(run, [feedback, stop])
+    between = [StableSteps(run), guards, feedback, rows, EnergyGuard(run, rows), stop, frames]
+    return Increments(run) if path is None else RelaxationIncrements(run), between
+
+
+# -------------------------------------------------------------------------------------------------
+# The batch.
+
+
 class Monitor(Protocol):
     """Program that follows a run between its blocks of increments, such as the live view.
 
@@ -94,26 +256,6 @@ class Monitor(Protocol):
 
         signals: SIGINT and SIGTERM received so far, a list that grows.
         """
-
-
-def call_monitors(monitors: list[Monitor], run: Run, call: Callable[[Monitor], None]) -> None:
-    """Call each monitor of a run; remove one that raises an error, with a warning and a traceback
-    in the log.
-    """
-    for monitor in tuple(monitors):
-        try:
-            call(monitor)
-        except Exception as error:
-            monitors.remove(monitor)
-            name = type(monitor).__name__
-            with run.files.logged():
-                run.files.warn(
-                    {
-                        f"failed monitor {name}": f"t = {run.scenario.time:.6g} s: {name} failed "
-                        f"and no longer follows the run, which continues ({error!r})"
-                    }
-                )
-                log.info("traceback of %s", name, exc_info=error)
 
 
 class Batch:
@@ -143,11 +285,13 @@ class Batch:
             for of_run in files:
                 with of_run.logged():
                     log.info("kernels are ready, %.1f s after the start", self.clock.age)
-            kind = kind_of_run(files[0].model)
-            self.runs: list[Run] = [
-                kind(of_run, self.solver.scenario(s), self.reader, self.clock, given)
+            self.runs = [
+                Run(
+                    of_run, self.solver.scenario(s), self.reader, self.clock,
+                    partial(assembled, given=given),
+                )
                 for s, (of_run, given) in enumerate(zip(files, stop_conditions, strict=True))
-            ]
+            ]  # fmt: skip
             if checkpoint is not None:
                 with files[0].logged():
                     self.runs[0].resume(checkpoint)
@@ -167,18 +311,25 @@ class Batch:
             self.reader.update()
             for run in self.runs:
                 with run.files.logged():
-                    run.begin(settled.get(run.scenario.number))
+                    if (duration := settled.get(run.scenario.number)) is not None:
+                        moved = 1e3 * np.abs(run.scenario.positions() - run.model.points).max()
+                        log.info(
+                            "settled within %.3g s, largest displacement %.3g mm", duration, moved
+                        )
+                    run.begin(estimator(run.model).at_rest, run.model.points)
         if asked:
             raise interrupted_before_start(asked)
 
     def _begin_after(self, earlier: EarlierStep) -> None:
         [run] = self.runs
         control = earlier.hand_over(run.scenario)
-        stable = run.estimator.at(run.scenario.positions())
+        x = run.scenario.positions()
+        stable = stable_step(run.model, x)
         self.solver.start_motion(time_increment(run.model, stable))
         self.reader.update()
         with run.files.logged():
-            run.begin_step(control)
+            log.info("starts at t = %.6g s, the end of the previous step", run.scenario.time)
+            run.begin(stable, x, control)
             run.files.warn(earlier.changes_by_hand | earlier.jumps(run.scenario))
 
     @property
@@ -215,40 +366,30 @@ class Batch:
         return [run.outcome for run in self.runs if run.outcome is not None]
 
     def _loop(self, report: ProgressReport, asked: list[int], monitors: Sequence[Monitor]) -> None:
-        last_checkpoint = time.monotonic()
+        calls = CallMonitors(self.runs[0], monitors, asked)
+        beside = [calls, Checkpoints(self, asked), Display(self, report)]
         for s, error in self.unsettled.items():
             with self._attended(self.runs[s]):
                 with suppress(StabilityError):  # a symptom of the same
-                    self.runs[s].write_due()
+                    for callback in self.runs[s].callbacks:
+                        callback.act()
                 raise error
-        self.write_due()
-        watched, attached = self.runs[0], list(monitors)
-        call_monitors(attached, watched, lambda monitor: monitor.start(watched))
+        self.act()
+        calls.start()
         if not monitors:
             for run in self.running:
-                run.gather_rows()
-        while running := self.running:
-            call_monitors(attached, watched, lambda monitor: monitor.update(watched, asked))
-            if asked:
-                self._interrupt(signal.Signals(asked[0]).name)
+                run.callback(Rows).gather()
+        while self.running:
+            for callback in beside:
+                callback.before_block()
             self.do_blocks()
-            if report.is_due:
-                slowest = min(running, key=lambda run: run.scenario.time)
-                report.update(
-                    slowest.scenario.time,
-                    slowest.energy_error,
-                    slowest.contact_count,
-                    slowest.unbalanced_share,
-                    slowest.way_share,
-                )
-            since = time.monotonic() - last_checkpoint
-            if since >= min(run.output.checkpoint_interval for run in running):
-                self.checkpoint()
-                last_checkpoint = time.monotonic()
-        call_monitors(attached, watched, lambda monitor: monitor.update(watched, asked))
+            for callback in beside:
+                callback.act()
+        for callback in beside:
+            callback.at_end()
 
     def do_blocks(self) -> None:
-        """Advance each run by a block of increments, with the guards, rows and frames due then."""
+        """Advance each run by a block of increments, and let its callbacks act."""
         running = self.running
         self.continue_block(self.next_blocks(running))
         self.end_blocks(running)
@@ -269,9 +410,10 @@ class Batch:
         """Compute the given number of increments of each run (scenarios,)."""
         with self.clock.spending_on(KERNEL):
             self.solver.continue_block(counts)
+        self.reader.is_current = False
 
     def end_blocks(self, runs: Sequence[Run]) -> None:
-        """Apply the guards, and write the rows and frames, due at the end of a block of these runs.
+        """Let the callbacks of these runs check and act on the end of a block.
 
         Runs that have an outcome stay as they are.
         """
@@ -280,22 +422,13 @@ class Batch:
             if run.outcome is None:
                 with self._attended(run):
                     run.end_block()
-        self.write_due(runs)
 
-    def write_due(self, runs: Sequence[Run] | None = None) -> None:
-        """Write the rows and frames that are due, and finish the runs that are at their end.
-
-        runs: those that are looked at, all by default.
-        """
-        running = self.running if runs is None else [run for run in runs if run.outcome is None]
-        if any(run.row_is_due for run in running):
-            with self.clock.spending_on(ROWS):
-                self.reader.update()
-        for run in running:
+    def act(self) -> None:
+        """Let the callbacks of all runs act on the start."""
+        self.reader.is_current = False
+        for run in self.running:
             with self._attended(run):
-                run.write_due()
-                if run.finished:
-                    run.finish()
+                run.act()
 
     def close(self) -> None:
         """Close the files of the runs that have no outcome, which are abandoned."""
@@ -306,14 +439,6 @@ class Batch:
         """Write the full state of each run that has no outcome yet."""
         for run in self.running:
             run.checkpoint()
-
-    def _interrupt(self, name: str) -> None:
-        self.checkpoint()
-        reached = min(run.scenario.time for run in self.running)
-        raise Interrupted(
-            f"stopped by {name} at t = {reached:.6g} s; checkpoint written",
-            hint="continue with --resume",
-        )
 
     @contextmanager
     def _attended(self, run: Run) -> Iterator[None]:
@@ -341,12 +466,95 @@ class Batch:
         files.write_summary(files.summary)
 
 
-def kind_of_run(model: Model) -> type[Run]:
-    """Return the class of the runs of a model and its scenarios; a static one has none."""
-    if not model.takes_load_steps:
-        return Run
-    assert model.relaxation is not None
-    return PathRun if model.relaxation.follows_path else StaticRun
+# -------------------------------------------------------------------------------------------------
+# What acts between the blocks of all runs of a batch, in this order. None has an effect on results,
+# except monitors that change loads.
+
+
+class CallMonitors(Callback):
+    """Calls of the monitors of a run; one that raises an error is removed, with a warning.
+
+    signals: SIGINT and SIGTERM received so far.
+    """
+
+    def __init__(self, run: Run, monitors: Sequence[Monitor], signals: Sequence[int]) -> None:
+        self.run, self.monitors, self.signals = run, list(monitors), signals
+
+    def start(self) -> None:
+        """Start the monitors."""
+        self._call(lambda monitor: monitor.start(self.run))
+
+    def before_block(self) -> None:
+        """Let the monitors follow the run, hold it, or change its loads."""
+        self._call(lambda monitor: monitor.update(self.run, self.signals))
+
+    def at_end(self) -> None:
+        """Let the monitors see the end."""
+        self.before_block()
+
+    def _call(self, call: Callable[[Monitor], None]) -> None:
+        run = self.run
+        for monitor in tuple(self.monitors):
+            try:
+                call(monitor)
+            except Exception as error:
+                self.monitors.remove(monitor)
+                name = type(monitor).__name__
+                with run.files.logged():
+                    run.files.warn(
+                        {
+                            f"failed monitor {name}": f"t = {run.scenario.time:.6g} s: {name} "
+                            f"failed and no longer follows the run, which continues ({error!r})"
+                        }
+                    )
+                    log.info("traceback of %s", name, exc_info=error)
+
+
+class Checkpoints(Callback):
+    """Checkpoints by the wall clock, and at a signal, which ends the batch.
+
+    signals: SIGINT and SIGTERM received so far.
+    """
+
+    def __init__(self, batch: Batch, signals: Sequence[int]) -> None:
+        self.batch, self.signals, self.last = batch, signals, time.monotonic()
+
+    def before_block(self) -> None:
+        """Raise Interrupted after a signal."""
+        if self.signals:
+            self.batch.checkpoint()
+            reached = min(run.scenario.time for run in self.batch.running)
+            raise Interrupted(
+                f"stopped by {signal.Signals(self.signals[0]).name} at t = {reached:.6g} s; "
+                "checkpoint written",
+                hint="continue with --resume",
+            )
+
+    def act(self) -> None:
+        """Write checkpoints if the last ones are old."""
+        since = time.monotonic() - self.last
+        if since >= min(run.output.checkpoint_interval for run in self.batch.runs):
+            self.batch.checkpoint()
+            self.last = time.monotonic()
+
+
+class Display(Callback):
+    """State of the slowest run on the console."""
+
+    def __init__(self, batch: Batch, report: ProgressReport) -> None:
+        self.batch, self.report = batch, report
+
+    def act(self) -> None:
+        """Show the state if what is shown is old."""
+        if not self.report.is_due:
+            return
+        run = min(self.batch.running or self.batch.runs, key=lambda run: run.scenario.time)
+        rows = run.callback(Rows)
+        self.report.update(
+            run.scenario.time, rows.energy_error, int(rows.row.get("contact_count", 0)),
+            rows.row.get("unbalanced_share", float("nan")),
+            run.callback(StopConditions).path_covered,
+        )  # fmt: skip
 
 
 @contextmanager

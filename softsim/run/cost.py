@@ -1,4 +1,4 @@
-"""The cost of an increment: as a whole, pass by pass, and on a device that is not known yet.
+"""Cost of an increment: as a whole, pass by pass, and on another device; wall time of runs.
 
 Taichi has no clock inside a kernel, so a pass is repeated by itself until that takes long enough
 to measure. It then finds its data nearer than in a whole increment: the passes need not add up to
@@ -9,9 +9,10 @@ A device is measured by element updates a second of a scene that softsim carries
 
 import multiprocessing
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib import resources
@@ -232,3 +233,57 @@ def _rate(device: str, threads: int, work: Workload, seconds: float) -> float:
     solver = ExplicitSolver([model])
     solver.begin(first_time_increment(model))
     return model.element_count / increment_time(solver, seconds)
+
+
+# -------------------------------------------------------------------------------------------------
+# The wall time of runs, and its division into parts.
+
+START, KERNEL = "start", "kernel"
+INSPECTIONS, ROWS, FRAMES, CHECKPOINTS = "inspections", "rows", "frames", "checkpoints"
+
+
+class WallClock:
+    """Wall time of runs that are computed together.
+
+    It is measured from their start, from the start of their loop, and from the end of its first
+    block, which compiles kernels; the rate counts from there. counts_before: increments of each run
+    (scenarios,) done before that. spent: wall time [s] of each part; START is all before the loop,
+    including the settling of bodies.
+    """
+
+    def __init__(self) -> None:
+        self.began = time.monotonic()
+        self.first_increment_after = 0.0
+        parts = (START, KERNEL, INSPECTIONS, ROWS, FRAMES, CHECKPOINTS)
+        self.spent = dict.fromkeys(parts, 0.0)
+
+    @property
+    def age(self) -> float:
+        """Wall time [s] since the runs began."""
+        return time.monotonic() - self.began
+
+    def enter_loop(self, increment_counts: np.ndarray) -> None:
+        """Mark the start of the loop; increment_counts (scenarios,): increments of each run."""
+        self.steady_since = time.monotonic()
+        self.spent[START] = self.steady_since - self.began
+        self.counts_before = increment_counts.copy()
+
+    def note_block(self, increment_counts: np.ndarray) -> None:
+        """Mark the end of a block; increment_counts (scenarios,): increments done by each run."""
+        if self.first_increment_after == 0.0:
+            self.steady_since, self.counts_before = time.monotonic(), increment_counts.copy()
+            self.first_increment_after = self.steady_since - self.began
+
+    def parts(self) -> dict[str, float]:
+        """Return the wall time [s] since the runs began, by part; "other": the rest."""
+        whole = self.age
+        return self.spent | {"other": whole - sum(self.spent.values())}
+
+    @contextmanager
+    def spending_on(self, part: str) -> Iterator[None]:
+        """Add the wall time of the block to a part; blocks must not be nested."""
+        began = time.monotonic()
+        try:
+            yield
+        finally:
+            self.spent[part] += time.monotonic() - began

@@ -24,7 +24,7 @@ from softsim.output.observation import probe_values
 from softsim.run.batch import Batch
 from softsim.run.record import MemoryRecord, Progress
 from softsim.run.scenes import ready_model
-from softsim.run.statics import ADVICE, StaticRun
+from softsim.run.statics import ADVICE, LoadStepping
 from softsim.scene.loading import LoadedScene, load_scene, read_scene, validated
 from softsim.scene.loads import EccentricMass, OverTime, SinusoidalForce
 from softsim.scene.measures import OF_PROBES
@@ -271,8 +271,10 @@ class Preloaded:
         self.model: Model = ready_model(self.loaded, choice)
         self._viscoelastic = with_branches(loaded, self.model)
         [run] = Batch([MemoryRecord(self.loaded, self.model)], choice, [()]).runs
-        assert isinstance(run, StaticRun)
-        self._solver, self._newton, self._steps = run.scenario.solver, run.newton, run.steps
+        stepping = run.stepping
+        assert isinstance(stepping, LoadStepping)
+        self._solver, self._newton = run.scenario.solver, stepping.newton
+        self._steps = stepping.steps
 
     @property
     def time(self) -> float:

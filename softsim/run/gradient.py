@@ -33,7 +33,7 @@ from softsim.solver.explicit import ExplicitSolver
 from softsim.statics.forces import TRIAL_DURATION, Configuration, StaticForces
 
 if TYPE_CHECKING:
-    from softsim.run.statics import StaticRun
+    from softsim.run.statics import LoadStepping
 
 STEP = 3e-6
 """Difference h of a parameter over its value, for central differences."""
@@ -128,8 +128,10 @@ class Evaluation:
     row: dict[str, float]
 
 
-def derivatives(run: "StaticRun", parameters: Sequence[Parameter]) -> dict[str, dict[str, float]]:
-    """Return path -> column of the history -> derivative, SI, at the last equilibrium of a run.
+def derivatives(
+    stepping: "LoadStepping", observer: Observer, parameters: Sequence[Parameter]
+) -> dict[str, dict[str, float]]:
+    """Return path -> column of the history -> derivative, SI, at the last equilibrium.
 
     Columns without a derivative are left out.
 
@@ -138,37 +140,39 @@ def derivatives(run: "StaticRun", parameters: Sequence[Parameter]) -> dict[str, 
     SimulationError: no equilibrium yet; a mesh that changes its elements; a state that depends on
     its path. StabilityError: K is singular.
     """
-    if run.scenario.time <= run.model.start_time:
+    if stepping.scenario.time <= stepping.model.start_time:
         raise SimulationError(
             "no equilibrium has been found yet", hint="advance the simulation by step()"
         )
-    at, solver = run.forces.start, run.scenario.solver
-    of_newton = dict(vars(run.newton))  # its factors, so that the next iterations are the same
+    at, solver = stepping.forces.start, stepping.scenario.solver
+    of_newton = dict(vars(stepping.newton))  # its factors, so that the next iterations are the same
     with np.errstate(over="ignore", invalid="ignore"), solver.lent():
         with solver.lent():
-            other = Elsewhere(run, at)
+            other = Elsewhere(stepping, observer.reader, at)
             partial = [other.partial(p) for p in parameters]
         StaticForces(solver)  # holds pressures and relaxes branches again
-        run.newton.renew(at)
+        stepping.newton.renew(at)
         found = {
-            p.path: _total(run, at, p, of_one)
+            p.path: _total(stepping, observer, at, p, of_one)
             for p, of_one in zip(parameters, partial, strict=True)
         }
     StaticForces(solver)
-    vars(run.newton).update(of_newton)
+    vars(stepping.newton).update(of_newton)
     return found
 
 
 def _total(
-    run: "StaticRun", at: Configuration, p: Parameter, partial: Evaluation
+    stepping: "LoadStepping",
+    observer: Observer,
+    at: Configuration,
+    p: Parameter,
+    partial: Evaluation,
 ) -> dict[str, float]:
     """Return the derivatives of all columns, from those at the same displacements."""
     h = p.step
-    velocity = _solved(run, at, partial.residual, h)
-    ends = [
-        _evaluated(run.forces, run.forces.moved(at, s * h * velocity), run.reader, run.observer)
-        for s in (-1.0, 1.0)
-    ]
+    forces = stepping.forces
+    velocity = _solved(stepping, at, partial.residual, h)
+    ends = [_evaluated(forces, forces.moved(at, s * h * velocity), observer) for s in (-1.0, 1.0)]
     return {
         name: value + (ends[1].row[name] - ends[0].row[name]) / (2.0 * h)
         for name, value in partial.row.items()
@@ -176,13 +180,13 @@ def _total(
     }
 
 
-def _solved(run: "StaticRun", at: Configuration, force: np.ndarray, h: float) -> np.ndarray:
+def _solved(stepping: "LoadStepping", at: Configuration, force: np.ndarray, h: float) -> np.ndarray:
     """Return v = dq/dp of K v = dR/dp `force` (size,).
 
     Differences of the forces over the displacement h v have far less round-off than those over the
     tiny steps of Newton's method.
     """
-    forces, newton = run.forces, run.newton
+    forces, newton = stepping.forces, stepping.newton
     factors = newton.factors
     assert factors is not None
     found, defect, size = np.zeros_like(force), force, float(np.linalg.norm(force))
@@ -210,11 +214,11 @@ class Elsewhere:
     Raises SimulationError for a state that depends on its path.
     """
 
-    def __init__(self, run: "StaticRun", at: Configuration) -> None:
-        self.run, self.at = run, at
-        self.model, self.time, self.load_time = run.model, run.scenario.time, run.forces.time
-        self.solver, self.reader = run.scenario.solver, run.reader
-        self.centres = run.forces.bodies.rest_centre
+    def __init__(self, stepping: "LoadStepping", reader: EnergyReader, at: Configuration) -> None:
+        self.stepping, self.reader, self.at = stepping, reader, at
+        self.model, self.solver = stepping.model, stepping.scenario.solver
+        self.time, self.load_time = stepping.scenario.time, stepping.forces.time
+        self.centres = stepping.forces.bodies.rest_centre
         self.here = self._evaluated(self.model)
         self._refuse_path_dependence(self.here)
 
@@ -248,9 +252,9 @@ class Elsewhere:
                 "softens",
                 hint="derivatives need materials without `mullins`",
             )
-        forces = self.run.forces.inner_force()
+        forces = self.stepping.forces.inner_force()
         share = float(np.linalg.norm(here.residual)) / max(forces, 1e-300)
-        if share > max(self.run.newton.tolerance, VISCOUS):
+        if share > max(self.stepping.newton.tolerance, VISCOUS):
             raise SimulationError(
                 "the equilibrium depends on the path of the loads, as with friction: without it "
                 f"the unbalanced force is {share:.2g} of the internal forces",
@@ -280,9 +284,7 @@ class Elsewhere:
         forces = StaticForces(solver)
         reader.update()
         balance = EnergyBalance.starting(reader.of_scenario(0), model)
-        return _evaluated(
-            forces, forces.start, reader, Observer(solver.scenario(0), reader, balance)
-        )
+        return _evaluated(forces, forces.start, Observer(solver.scenario(0), reader, balance))
 
     def _solver_of(self, model: Model) -> tuple[ExplicitSolver, EnergyReader]:
         """Return the lent solver with the model, or a new one if its kernels do not fit."""
@@ -294,11 +296,9 @@ class Elsewhere:
         return solver, reader
 
 
-def _evaluated(
-    forces: StaticForces, at: Configuration, reader: EnergyReader, observer: Observer
-) -> Evaluation:
+def _evaluated(forces: StaticForces, at: Configuration, observer: Observer) -> Evaluation:
     residual = forces.residual(at)
-    reader.update()
+    observer.reader.update()
     return Evaluation(residual, observer.observe(TRIAL_DURATION).row)
 
 

@@ -26,7 +26,9 @@ from softsim.model import Model
 from softsim.output.compiling import compiling
 from softsim.output.folder import RunFolder
 from softsim.run.batch import Batch
-from softsim.run.course import Run
+from softsim.run.callbacks import StopConditions
+from softsim.run.control import Feedback
+from softsim.run.loop import Run
 from softsim.run.record import RunFiles
 from softsim.scene.loading import LoadedScene
 from softsim.solver.stable_step import first_time_increment
@@ -168,8 +170,8 @@ def _compiled(
     files = RunFiles(loaded, model, target, SILENT)
     pilot = Batch([files], choice, [()])
     # A layout's verdict says nothing here: the loads are faster, the robot is not.
-    pilot.runs[0].stop_conditions.clear()
-    pilot.write_due()
+    pilot.runs[0].callback(StopConditions).conditions.clear()
+    pilot.act()
     if not model.takes_load_steps:
         pilot.solver.advance(1)
     return pilot, time.perf_counter() - began
@@ -223,4 +225,5 @@ def _is_done(run: Run) -> bool:
     if run.model.takes_load_steps:
         return run.finished
     cycles = run.model.cycles
-    return run.has_reached_end() or (cycles is not None and run.loop.cycles_done() >= cycles)
+    done = run.callback(Feedback).cycles_done(run.scenario.time)
+    return run.has_reached_end or (cycles is not None and done >= cycles)

@@ -3,7 +3,7 @@
 import logging
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -80,35 +80,40 @@ class HistoryRows(Protocol):
         """Append rows: numbers (rows,) of each column, or one."""
 
 
-class Record(Protocol):
-    """Record of a run.
+class Record:
+    """Record of a run; by default it has no frames, and messages go to the package's log.
 
-    loaded, model: its scene, and the model built from it. warnings: kind -> text of all warnings so
-    far, in order of occurrence.
+    loaded, model: scene, and the model built from it. path: run folder, or scene file. history: its
+    rows. summary: as it was written last. warnings: kind -> text of all warnings so far, in order
+    of occurrence.
     """
 
-    @property
-    def loaded(self) -> LoadedScene: ...
-    @property
-    def model(self) -> Model: ...
-    @property
-    def console(self) -> Console: ...
-    @property
-    def path(self) -> Path: ...
-    @property
-    def history(self) -> HistoryRows: ...
+    history: HistoryRows
 
-    summary: dict[str, Any]
-    warnings: dict[str, str]
+    def __init__(self, loaded: LoadedScene, model: Model, path: Path, console: Console) -> None:
+        self.loaded, self.model, self.path, self.console = loaded, model, path, console
+        self.summary: dict[str, Any] = {}
+        self.warnings: dict[str, str] = {}
 
-    def logged(self) -> AbstractContextManager[None]:
-        """Write the messages logged in the block to this run's log."""
+    @contextmanager
+    def logged(self) -> Iterator[None]:
+        """Write the messages logged in the block to this run's log, if it has one."""
+        yield
 
     def warn(self, warnings: Mapping[str, str]) -> None:
-        """Record warnings (kind -> text), the first of each kind only."""
+        """Log and show warnings (kind -> text), the first of each kind only; the summary lists
+        them.
+        """
+        for kind, text in warnings.items():
+            if kind not in self.warnings:
+                self.warnings[kind] = text
+                log.warning(text)
+                self.console.print(f"warning: {text}", highlight=False, markup=False)
 
     def tell(self, text: str) -> None:
-        """Log a message."""
+        """Log and show a message."""
+        log.info(text)
+        self.console.print(text, highlight=False)
 
     def write_frame(self, scenario: Scenario) -> None:
         """Write the current fields."""
@@ -120,15 +125,19 @@ class Record(Protocol):
         self, scenario: Scenario, progress: Progress, inspected: np.ndarray
     ) -> None:
         """Store the full state; inspected: nodal positions (n, d) [m] at the last inspection."""
+        raise NotImplementedError
 
     def write_end(self, scenario: Scenario, progress: Progress, inspected: np.ndarray) -> None:
-        """Store the state at the end of the run, if this record keeps it; as write_checkpoint."""
+        """Store the state at the end of the run, from which a later step continues."""
+        self.write_checkpoint(scenario, progress, inspected)
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Store the summary."""
+        self.summary = summary
 
     def rows(self) -> dict[str, np.ndarray]:
         """Return the rows of the history so far (column -> array)."""
+        raise NotImplementedError
 
     def close(self) -> None:
         """Close the record."""
@@ -156,67 +165,29 @@ class KeptRows:
         return dict(zip(self.names, table.T, strict=True))
 
 
-class MemoryRecord:
+class MemoryRecord(Record):
     """Record of a run in memory: the rows of its history and its last checkpoint, no frames.
 
-    Messages of the run go to the package's log. warnings: those that were logged already, a dict
-    that runs of one batch share.
+    warnings: those that were logged already, a dict that runs of one batch share.
     """
 
     def __init__(
         self, loaded: LoadedScene, model: Model, warnings: dict[str, str] | None = None
     ) -> None:
-        self.loaded, self.model, self.path = loaded, model, loaded.path
-        self.console = Console(quiet=True)
-        self.history = KeptRows(tuple(columns(model)))
-        self.summary: dict[str, Any] = {}
+        super().__init__(loaded, model, loaded.path, Console(quiet=True))
+        self.history: KeptRows = KeptRows(tuple(columns(model)))
         self.warnings = {} if warnings is None else warnings
-
-    @contextmanager
-    def logged(self) -> Iterator[None]:
-        """Do nothing: messages go to the package's log."""
-        yield
-
-    def warn(self, warnings: Mapping[str, str]) -> None:
-        """Log warnings (kind -> text), the first of each kind only."""
-        for kind, text in warnings.items():
-            if kind not in self.warnings:
-                self.warnings[kind] = text
-                log.warning(text)
-
-    def tell(self, text: str) -> None:
-        """Log a message."""
-        log.info(text)
-
-    def write_frame(self, scenario: Scenario) -> None:
-        """Do nothing: the fields stay in memory."""
-
-    def write_failed_frame(self, scenario: Scenario) -> None:
-        """Do nothing: the fields stay in memory."""
 
     def write_checkpoint(
         self, scenario: Scenario, progress: Progress, inspected: np.ndarray
     ) -> None:
-        """Store the full state; inspected: nodal positions (n, d) [m] at the last inspection."""
         progress.row_count = len(self.history.kept)
         self.checkpoint = Checkpoint(
             scenario.state(), asdict(progress), inspected, "", backend.device().name
         )
 
-    def write_end(self, scenario: Scenario, progress: Progress, inspected: np.ndarray) -> None:
-        """Store the full state."""
-        self.write_checkpoint(scenario, progress, inspected)
-
-    def write_summary(self, summary: dict[str, Any]) -> None:
-        """Store the summary."""
-        self.summary = summary
-
     def rows(self) -> dict[str, np.ndarray]:
-        """Return the rows of the history so far (column -> array)."""
         return self.history.columns()
-
-    def close(self) -> None:
-        """Do nothing: no file is open."""
 
 
 # -------------------------------------------------------------------------------------------------
@@ -242,12 +213,11 @@ class RunLog(logging.Handler):
             stream.write(self.format(record) + "\n")
 
 
-class RunFiles:
+class RunFiles(Record):
     """The files of a run: log, history, frames, checkpoint, summary.
 
-    loaded, model: the scene and what was built from it. resumed_at: time [s] from which the files
-    of a stopped run are continued; None: what an earlier run left in the folder is removed.
-    summary: as it was written last. gathered: frames that are not written yet.
+    resumed_at: time [s] from which the files of a stopped run are continued; None: what an earlier
+    run left in the folder is removed. gathered: frames that are not written yet.
 
     Raises OutputError if the disk refuses, or if there are no files to continue.
     """
@@ -260,18 +230,16 @@ class RunFiles:
         console: Console,
         resumed_at: float | None = None,
     ) -> None:
-        self.loaded, self.model, self.target, self.console = loaded, model, target, console
-        self.path = target.path
+        super().__init__(loaded, model, target.path, console)
+        self.target = target
         self.file_digests = loaded.file_digests()  # of the files that the model was just built from
-        self.summary: dict[str, Any] = {}
-        self.warnings: dict[str, str] = {}
         self.gathered: list[Frame] = []
         self.frames_written_at = -np.inf
         if resumed_at is None:
             for stale in (files.CHECKPOINT, files.SUMMARY, files.LOG):
                 (self.path / stale).unlink(missing_ok=True)
         target.write_text_atomic(files.SCENE, loaded.resolved())
-        self.history = History(self.path / files.HISTORY, columns(model), resumed_at)
+        self.history: History = History(self.path / files.HISTORY, columns(model), resumed_at)
         self.open_fields(resumed_at)
         log.setLevel(logging.INFO)
         self.log_file = RunLog(self.path / files.LOG)
@@ -301,21 +269,6 @@ class RunFiles:
             yield
         finally:
             log.removeHandler(self.log_file)
-
-    def warn(self, warnings: Mapping[str, str]) -> None:
-        """Write warnings (kind -> text) into the log and onto the console, the first of each kind
-        only; the summary lists them.
-        """
-        for kind, text in warnings.items():
-            if kind not in self.warnings:
-                self.warnings[kind] = text
-                log.warning(text)
-                self.console.print(f"warning: {text}", highlight=False, markup=False)
-
-    def tell(self, text: str) -> None:
-        """Write a message to the log and the console."""
-        log.info(text)
-        self.console.print(text, highlight=False)
 
     def write_frame(self, scenario: Scenario) -> None:
         """Write the current fields, unless already written, and warnings about their strains.
@@ -358,17 +311,12 @@ class RunFiles:
         )
         write_checkpoint(self.path / files.CHECKPOINT, content)
 
-    def write_end(self, scenario: Scenario, progress: Progress, inspected: np.ndarray) -> None:
-        """Write the full state, from which a later step continues."""
-        self.write_checkpoint(scenario, progress, inspected)
-
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Replace summary.json."""
-        self.summary = summary
+        super().write_summary(summary)
         self.target.write_json_atomic(files.SUMMARY, summary)
 
     def rows(self) -> dict[str, np.ndarray]:
-        """Return the rows of the history so far (column -> array)."""
         return read_history(self.path / files.HISTORY)
 
     def close(self) -> None:

@@ -14,8 +14,9 @@ from softsim.errors import DeviceError, SoftsimError
 from softsim.model import Model
 from softsim.output.folder import CHECKPOINT, RunFolder, claimed
 from softsim.output.stop_conditions import MakesStopCondition
-from softsim.run.batch import Batch, MakesSolver, Monitor, new_solver
-from softsim.run.course import Results, conditions_of_scene
+from softsim.run.batch import Batch, EarlierStep, MakesSolver, Monitor, new_solver
+from softsim.run.callbacks import conditions_of_scene
+from softsim.run.loop import Results
 from softsim.run.record import RunFiles, fitting_checkpoint
 from softsim.scene.loading import Loaded, LoadedScene, load_scene
 from softsim.scene.steps import AT_THE_START, Beginning
@@ -96,14 +97,10 @@ def run(
     model = ready_model(loaded, choice)
     target = RunFolder(out or Path("runs") / loaded.path.stem)
     with claimed(target.path):
-        if resume and (target.path / CHECKPOINT).is_file():
-            batch = resumed(loaded, model, target, choice, console, stop_conditions)
-        else:
-            if resume:
-                console.print(
-                    f"nothing to resume in {target.path}: the run starts from the beginning"
-                )
-            batch = Batch([RunFiles(loaded, model, target, console)], choice, [stop_conditions])
+        if resume and not (target.path / CHECKPOINT).is_file():
+            console.print(f"nothing to resume in {target.path}: the run starts from the beginning")
+            resume = False
+        batch = opened(loaded, model, target, choice, console, resume, stop_conditions)
         return outcome_of(batch, console, profile, monitors)
 
 
@@ -130,19 +127,23 @@ def outcome_of(
     return outcome
 
 
-def resumed(
+def opened(
     loaded: LoadedScene, model: Model, target: RunFolder, choice: Choice, console: Console,
-    stop_conditions: Sequence[MakesStopCondition] = (), files: type[RunFiles] = RunFiles,
-    make_solver: MakesSolver = new_solver,
+    resume: bool, stop_conditions: Sequence[MakesStopCondition] = (),
+    files: type[RunFiles] = RunFiles, make_solver: MakesSolver = new_solver,
+    earlier: EarlierStep | None = None,
 ) -> Batch:  # fmt: skip
-    """Return a batch of one, resumed from the checkpoint in its folder.
+    """Return a batch of one; resume: continued from the checkpoint in its folder.
 
     Raises OutputError if there is none, or if it is of another scene or device.
     """
-    checkpoint = fitting_checkpoint(loaded, target, choice)
-    choice = replace(choice, device=checkpoint.device)
-    opened = files(loaded, model, target, console, float(checkpoint.progress["time"]))
-    return Batch([opened], choice, [stop_conditions], checkpoint, make_solver=make_solver)
+    checkpoint, resumed_at = None, None
+    if resume:
+        checkpoint = fitting_checkpoint(loaded, target, choice)
+        choice = replace(choice, device=checkpoint.device)
+        resumed_at = float(checkpoint.progress["time"])
+    record = files(loaded, model, target, console, resumed_at)
+    return Batch([record], choice, [stop_conditions], checkpoint, earlier, make_solver)
 
 
 def run_case(
@@ -163,13 +164,9 @@ def run_case(
     model = ready_model(loaded, choice)
     target = RunFolder(folder)
     with claimed(target.path):
-        if resume:
-            batch = resumed(
-                loaded, model, target, choice, console, stop_conditions, files, make_solver
-            )
-        else:
-            opened = files(loaded, model, target, console)
-            batch = Batch([opened], choice, [stop_conditions], make_solver=make_solver)
+        batch = opened(
+            loaded, model, target, choice, console, resume, stop_conditions, files, make_solver
+        )
         return outcome_of(batch, console, profile=False)
 
 
@@ -203,25 +200,25 @@ def run_batch(
         except SoftsimError as error:
             outcomes[k] = error
     for group in groups(models, choice):
-        opened: dict[int, RunFiles] = {}
+        records: dict[int, RunFiles] = {}
         with ExitStack() as claims:
             for k in group:
                 try:
                     target = RunFolder(folders[k])
                     claims.enter_context(claimed(target.path))
-                    opened[k] = files(scenes[k], models[k], target, console)
+                    records[k] = files(scenes[k], models[k], target, console)
                 except SoftsimError as error:
                     outcomes[k] = error
-            if not opened:
+            if not records:
                 continue
             try:
-                batch = Batch(list(opened.values()), choice, [stop_conditions[k] for k in opened])
+                batch = Batch(list(records.values()), choice, [stop_conditions[k] for k in records])
             except DeviceError as error:  # not even one of this structure fits
-                for one in opened.values():
+                for one in records.values():
                     one.close()
-                outcomes |= dict.fromkeys(opened, error)
+                outcomes |= dict.fromkeys(records, error)
             else:
-                outcomes |= dict(zip(opened, batch.run(console), strict=True))
+                outcomes |= dict(zip(records, batch.run(console), strict=True))
     return [outcomes[k] for k in range(len(scenes))]
 
 

@@ -25,12 +25,13 @@ from softsim.model import Model
 from softsim.output.folder import Checkpoint
 from softsim.output.observation import wall_forces
 from softsim.rigid import Pose
-from softsim.run.batch import Batch, Monitor, call_monitors
-from softsim.run.commands import LoadCommands, number
+from softsim.run.batch import Batch, CallMonitors, Monitor
+from softsim.run.callbacks import Rows
+from softsim.run.control import Feedback, LoadCommands, number
 from softsim.run.gradient import Parameter, derivatives
 from softsim.run.record import MemoryRecord
 from softsim.run.scenes import ready_model
-from softsim.run.statics import StaticRun
+from softsim.run.statics import LoadStepping
 from softsim.scene.loading import Loaded, LoadedScene, load_scene, scene_of, scene_said
 from softsim.scene.measures import WITHOUT_DERIVATIVE
 from softsim.scene.reporting import did_you_mean
@@ -163,7 +164,7 @@ class Simulation:
         self._run, self._solver = batch.runs[number], batch.solver
         self._scenario = self._run.scenario
         self._commands = LoadCommands(self._run)
-        self._monitors: list[Monitor] = []
+        self._calls = CallMonitors(self._run, (), ())
         self._asked, self._left = 0.0, 0
         self._start = self.save()
 
@@ -350,8 +351,8 @@ class Simulation:
         True
         """
         self._refuse_stale()
-        run = self._run
-        if not isinstance(run, StaticRun):
+        run, stepping = self._run, self._run.stepping
+        if not isinstance(stepping, LoadStepping):
             raise SimulationError(
                 "gradient() needs a static simulation by Newton's method",
                 hint="set time.procedure: static, without time.settle and time.until",
@@ -370,7 +371,9 @@ class Simulation:
                 hint="give its value in the scene, or as an override",
             )
         found = derivatives(
-            run, [Parameter.at(run.files.loaded, p, Option(f"parameter {p}")) for p in parameters]
+            stepping,
+            run.callback(Rows).observer,
+            [Parameter.at(run.files.loaded, p, Option(f"parameter {p}")) for p in parameters],
         )
         return {path: of_columns[output] for path, of_columns in found.items()}
 
@@ -440,11 +443,7 @@ class Simulation:
         """
         self._refuse_stale()
         monitor.start(self._run)
-        self._monitors.append(monitor)
-
-    def _update_monitors(self, signals: Sequence[int]) -> None:
-        run = self._run
-        call_monitors(self._monitors, run, lambda monitor: monitor.update(run, signals))
+        self._calls.monitors.append(monitor)
 
     # --- back to an earlier moment ---------------------------------------------------------------
 
@@ -467,7 +466,7 @@ class Simulation:
             self._left,
             float(self._solver.block_starts[s]),
             int(self._solver.done_in_block[s]),
-            self._run.is_commanded,
+            self._run.callback(Feedback).is_commanded,
             [term_of(pressure).sources[s] for pressure in self.model.pressures],
             [term_of(motor).rotors[s] for motor in self._motors()],
         )
@@ -494,7 +493,6 @@ class Simulation:
         s, term_of = self._scenario.number, self._scenario.term_of
         del self.record.history.kept[saved.rows :]
         self._run.resume(saved.checkpoint)
-        self._run.outcome = None
         self._asked, self._left = saved.asked, saved.left
         self._solver.block_starts[s] = saved.block_start
         self._solver.done_in_block[s] = saved.done_in_block
@@ -503,7 +501,7 @@ class Simulation:
         for motor, rotor in zip(self._motors(), saved.rotors, strict=True):
             term_of(motor).follow(s, rotor)
         if saved.is_commanded:
-            self._run.end_control()
+            self._run.callback(Feedback).end()
 
     def reset(self, seed: int | None = None) -> None:
         """Return to the start, without compiling again.
@@ -643,7 +641,7 @@ def _recorded_batch(
     batch = Batch(records, choice, [()] * count)
     for error in batch.unsettled.values():
         raise error
-    batch.write_due()
+    batch.act()
     return batch, records
 
 
@@ -666,7 +664,8 @@ def _step_together(simulations: Sequence[Simulation], durations: Sequence[float]
                 )
             _advance(behind)
             for simulation in behind:
-                simulation._update_monitors(signals)
+                simulation._calls.signals = signals
+                simulation._calls.before_block()
 
 
 def _advance(simulations: Sequence[Simulation]) -> None:

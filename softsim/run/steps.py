@@ -5,7 +5,8 @@ internal variables of materials, contacts and loads. Time continues, so that the
 joined.
 """
 
-from collections.abc import Sequence
+import shutil
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,24 +14,26 @@ from typing import Any
 from rich.console import Console
 
 from softsim.compute.machine import AUTO, Choice, choose
-from softsim.errors import Interrupted
+from softsim.errors import Interrupted, OutputError
 from softsim.model import Model
 from softsim.output.folder import (
     CHECKPOINT,
     HISTORY,
+    LOG,
+    RESULTS,
+    SCENE,
     SUMMARY,
     Checkpoint,
     RunFolder,
     claimed,
     read_checkpoint,
     read_summary,
+    replacing,
 )
 from softsim.output.history import read_history
-from softsim.run.batch import Batch, Monitor
-from softsim.run.course import Results
-from softsim.run.handover import EarlierStep, fitting_steps, refuse_source, take_step
-from softsim.run.record import RunFiles
-from softsim.run.scenes import outcome_of, ready_model, resumed
+from softsim.run.batch import EarlierStep, Monitor
+from softsim.run.loop import Results
+from softsim.run.scenes import opened, outcome_of, ready_model
 from softsim.scene.steps import AT_THE_START, Step, following
 
 
@@ -194,9 +197,7 @@ class Work:
         if not (path / CHECKPOINT).is_file():
             return None
         checkpoint = read_checkpoint(path / CHECKPOINT)
-        mismatch = checkpoint.mismatch(step.loaded)
-        if not mismatch and not self.choice.allows(checkpoint.device):
-            mismatch = f"was computed on {checkpoint.device}, this is {self.choice.device}"
+        mismatch = mismatch_of(checkpoint, step, self.choice)
         if not mismatch:
             return checkpoint
         self.console.print(f"step '{step.name}' {mismatch}: it is run again", highlight=False)
@@ -213,11 +214,9 @@ class Work:
     ) -> Results:
         target = RunFolder(path)
         with claimed(path):
-            if resume:
-                batch = resumed(step.loaded, model, target, self.choice, self.console)
-            else:
-                files = RunFiles(step.loaded, model, target, self.console)
-                batch = Batch([files], self.choice, [()], earlier=earlier)
+            batch = opened(
+                step.loaded, model, target, self.choice, self.console, resume, earlier=earlier
+            )
             return outcome_of(batch, self.console, self.profile, self.monitors)
 
     def write_summary(self, status: str) -> None:
@@ -238,3 +237,90 @@ class Work:
         title = self.steps[0].loaded.scene.title
         whole: dict[str, Any] = {"status": status, "title": title, "steps": told}
         self.folder.write_json_atomic(SUMMARY, whole)
+
+
+# -------------------------------------------------------------------------------------------------
+# Steps that a run takes from another run's folder in place of computing them anew.
+
+FILES = (SCENE, HISTORY, RESULTS, CHECKPOINT, LOG)
+"""Files of a step, apart from its summary, which is written last."""
+
+
+def refuse_source(source: Path, folder: Path, resume: bool) -> None:
+    """Raise OutputError where a run in `folder` cannot take steps from `source`."""
+    if resume:
+        raise OutputError(
+            "--from and --resume cannot be combined",
+            "a run started with --from has the reused steps in its folder: continue it with "
+            "--resume alone",
+        )
+    if source.resolve() == folder.resolve():
+        raise OutputError(
+            f"{source} is the folder of this run",
+            "continue it with --resume, or choose another folder with --out",
+        )
+
+
+def fitting_steps(
+    source: Path, named: Mapping[str, Step], choice: Choice
+) -> tuple[list[Path], str]:
+    """Return the folders of the first steps in `source` that can be reused, and why not the next.
+
+    A step can be reused if it is complete there and identical to the requested one. The reason is
+    "" if there is no further step. named: folder name -> requested step.
+
+    Raises OutputError if not even the first step can be reused.
+    """
+    told = read_summary(source).get("steps")
+    if told is None:
+        raise OutputError(
+            f"{source} is not the run folder of a scene with steps",
+            "name the run folder of a scene with steps",
+        )
+    found: list[Path] = []
+    for name, step in named.items():
+        if name in [one["folder"] for one in told]:
+            reason = why_not(source / name, step, choice)
+        else:
+            reason = f"it has no folder {name}, only {', '.join(one['folder'] for one in told)}"
+        if reason and not found:
+            raise OutputError(
+                f"no step of {source} can be reused: {reason}",
+                "name a run whose first step is identical, or leave out --from",
+            )
+        if reason:
+            return found, reason
+        found.append(source / name)
+    return found, ""
+
+
+def why_not(path: Path, step: Step, choice: Choice) -> str:
+    """Return why a step's folder does not hold the requested step, complete; "" if it does."""
+    status = read_summary(path).get("status", "not begun")
+    if status != "done":
+        return f"{path.name} is not complete there, but {status}"
+    if not (path / CHECKPOINT).is_file():
+        return f"{path.name} has no {CHECKPOINT}"
+    mismatch = mismatch_of(read_checkpoint(path / CHECKPOINT), step, choice)
+    return f"{path.name} {mismatch}" if mismatch else ""
+
+
+def mismatch_of(checkpoint: Checkpoint, step: Step, choice: Choice) -> str:
+    """Return how a checkpoint differs from a step on a device, as a predicate; "" if it fits."""
+    mismatch = checkpoint.mismatch(step.loaded)
+    if not mismatch and not choice.allows(checkpoint.device):
+        return f"was computed on {checkpoint.device}, this is {choice.device}"
+    return mismatch
+
+
+def take_step(source: Path, target: RunFolder) -> None:
+    """Copy the files of a completed step; its summary records their source.
+
+    Raises OutputError if it cannot be read, or the disk refuses.
+    """
+    summary = read_summary(source) | {"taken_from": str(source)}
+    for name in FILES:
+        if (source / name).is_file():
+            with replacing(target.path / name) as partial:
+                shutil.copyfile(source / name, partial)
+    target.write_json_atomic(SUMMARY, summary)

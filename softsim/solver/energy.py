@@ -66,7 +66,7 @@ class EnergyReader:
 
     Most energies are not stored in fields: they follow from stretches, gaps and velocities.
     readings (scenarios, 8) [J]: in the order of Energies; in_parts (scenarios, parts, 8): the
-    partial sums of each.
+    partial sums of each. is_current: False once the states have changed, which the owner sets.
     """
 
     def __init__(self, solver: ExplicitSolver) -> None:
@@ -75,6 +75,7 @@ class EnergyReader:
         self.serially, self.parts = backend.device().name == "cpu", backend.device().parts
         self.in_parts = np.zeros((solver.scenarios, self.parts, 8))
         self.readings = self.in_parts.sum(axis=1)
+        self.is_current = False
 
     @property
     def rests(self) -> list[bool]:
@@ -87,6 +88,12 @@ class EnergyReader:
         self.readings = self.in_parts.sum(axis=1)
         if any(rests := self.rests):
             self.readings[rests, 2] = 0.0
+        self.is_current = True
+
+    def refresh(self) -> None:
+        """Update unless the energies are current: once for all scenarios that have a row."""
+        if not self.is_current:
+            self.update()
 
     @cached_property
     def _launch(self) -> Launch:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.analysis.catalogue import SIZES_AND_TIMES, produced
+from softsim.analysis.catalogue import OF_EVERY_RUN, produced
 from softsim.analysis.measures import measures, recorded_run
 from softsim.builder import build_model
 from softsim.output.observation import columns
@@ -127,7 +127,7 @@ def test_names_and_kinds(write_scene, parts):
     model = build_model(loaded)
     found = dict(flat(measures(model, history(model))))
     said = produced(loaded.scene)
-    of_the_run = set(SIZES_AND_TIMES)
+    of_the_run = set(OF_EVERY_RUN)
     said_of_layouts = {name for name in said if name.startswith("layout.")}
     found_of_layouts = {name for name in found if name.startswith("layout.")}
     assert set(said) - of_the_run - said_of_layouts == set(found) - found_of_layouts

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from softsim.analysis.catalogue import SIZES_AND_TIMES
+from softsim.analysis.catalogue import OF_EVERY_RUN
 from softsim.analysis.measures import measures
 
 BODY = """
@@ -178,7 +178,7 @@ def test_a_short_run(write_scene, tmp_path, kernel_cache, monkeypatch):
     console = Console(file=io.StringIO())
     run(write_scene(RUN), (), tmp_path / "out", "cpu", console=console)
     found = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert set(SIZES_AND_TIMES) <= set(found)
+    assert set(OF_EVERY_RUN) <= set(found)
     assert found["peak_pull"] == pytest.approx(50e-3, rel=0.01)
     assert found["slip_share"] > 0.99
     assert not {"rows_in_contact", "rows_at_highest"} & set(found)  # it has no rows

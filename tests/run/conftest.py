@@ -15,16 +15,12 @@ def batch_of(write_scene, tmp_path, kernel_cache, monkeypatch):
         from softsim.builder import build_model
         from softsim.compute.machine import choose
         from softsim.output.folder import RunFolder
-        from softsim.run.batch import Batch
-        from softsim.run.record import RunFiles
-        from softsim.run.scenes import resumed
+        from softsim.run.scenes import opened
         from softsim.scene.loading import load_scene
 
         loaded, target = load_scene(write_scene(scene), overrides), RunFolder(tmp_path / folder)
         model, choice, quiet = build_model(loaded), choose("cpu", 1), Console(quiet=True)
-        if resume:
-            return resumed(loaded, model, target, choice, quiet)
-        return Batch([RunFiles(loaded, model, target, quiet)], choice, [()])
+        return opened(loaded, model, target, choice, quiet, resume)
 
     return start
 

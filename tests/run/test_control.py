@@ -40,6 +40,8 @@ def batch(batch_of):
 
 
 def test_a_run_follows_the_wall_and_a_resumed_one_too(batch, tmp_path):
+    from softsim.run.control import Feedback
+
     results = finished(batch("whole"))
     inflation_stops_at_contact(results.history)
     the_summary_says_where(results)
@@ -50,10 +52,11 @@ def test_a_run_follows_the_wall_and_a_resumed_one_too(batch, tmp_path):
     # Stopped where the fall is commanded, but has not begun.
     stop = results.history["time"][results.history["phase"] == Phase.HOLD][2]
     stopped = batch("parts")
-    stopped.write_due()
+    stopped.act()
     while stopped.solver.time < stop:
         stopped.do_blocks()
-    assert stopped.runs[0].loop.control.phase_at(stopped.solver.time) is Phase.HOLD
+    control = stopped.runs[0].callback(Feedback).control
+    assert control.phase_at(stopped.solver.time) is Phase.HOLD
     stopped.checkpoint()
     stopped.close()
     finished(batch("parts", resume=True))
@@ -116,7 +119,7 @@ def test_the_control_sees_the_sensor_of_an_air_line(batch_of, tmp_path):
     assert set(history["wanted_pressure"][phase == Phase.HOLD]) == {sensor[turn]}
     assert history["air_flow"][turn] > 0.0
     stopped = batch_of(AIR_LINE, "again")
-    stopped.write_due()
+    stopped.act()
     while stopped.solver.time < history["time"][turn + 2]:
         stopped.do_blocks()
     stopped.checkpoint()
@@ -183,7 +186,7 @@ def the_summary_says_where(results):
 
 def test_cycles_of_a_pressure_that_was_written_before(build):
     """Up for 2 ms, down for 1, up for 1, down for 1; without a pressure there are none."""
-    from softsim.run.course import feedback
+    from softsim.run.control import Feedback
 
     bare = """
 bodies:
@@ -197,16 +200,13 @@ loads:
         profile: {kind: cycles, highest: 2 kPa, inflation_rate: 1 MPa/s, deflation_rate: 1 MPa/s,
                   lowest: 1 kPa, count: 2}}
 """
-    scenario = SimpleNamespace(model=build(bare + air), time=0.0)
-    loop = feedback(scenario, None)
-    found = []
-    for scenario.time in (0.0, 2.9e-3, 3e-3, 4.9e-3, 5e-3):
-        found.append(loop.cycles_done())
+    feedback = Feedback(SimpleNamespace(model=build(bare + air)))
+    found = [feedback.cycles_done(time) for time in (0.0, 2.9e-3, 3e-3, 4.9e-3, 5e-3)]
     assert found == [0, 0, 1, 1, 2]
     times = np.array([2.9e-3, 3e-3, 5e-3])
-    assert loop.readings(times)["cycles_done"].tolist() == [0, 1, 2]
-    assert loop.state is None
-    assert feedback(SimpleNamespace(model=build(bare), time=9.0), None).cycles_done() == 0
+    assert feedback.readings(times)["cycles_done"].tolist() == [0, 1, 2]
+    assert feedback.control is None
+    assert Feedback(SimpleNamespace(model=build(bare))).cycles_done(9.0) == 0
 
 
 def test_a_run_ends_with_its_cycle(batch):

@@ -113,7 +113,7 @@ def test_a_wall_pushes_across_the_path(batch):
 def test_an_interrupted_run_decides_alike(batch):
     whole = finished(batch("whole", "layout.goal=30 mm"))
     first = batch("parts", "layout.goal=30 mm")
-    first.write_due()
+    first.act()
     while first.solver.time < 0.02:
         first.do_blocks()
     first.checkpoint()

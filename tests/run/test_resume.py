@@ -46,7 +46,7 @@ def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run, ke
 def test_an_interrupted_run_goes_on_from_its_checkpoint(batch_of, tmp_path):
     finish(batch_of(FALLING_STRIP, "whole", "time.end=8 ms"))
     first = batch_of(FALLING_STRIP, "parts", "time.end=8 ms")
-    first.write_due()
+    first.act()
     while first.solver.time < 4e-3:
         first.do_blocks()
     first.checkpoint()

@@ -89,16 +89,16 @@ def test_the_first_inspection_comes_after_the_first_interval(
     write_scene, tmp_path, run, monkeypatch
 ):
     """The step at the start is known from taking it."""
-    from softsim.run.course import Run
+    from softsim.run.callbacks import StableSteps
     from softsim.solver.stable_step import FIRST_INTERVAL
 
-    done_at, inspect = [], Run._inspect
+    done_at, inspect = [], StableSteps.inspect
 
-    def watched(run_of_one):
-        done_at.append(run_of_one.scenario.increment_count)
-        inspect(run_of_one)
+    def watched(steps):
+        done_at.append(steps.scenario.increment_count)
+        inspect(steps)
 
-    monkeypatch.setattr(Run, "_inspect", watched)
+    monkeypatch.setattr(StableSteps, "inspect", watched)
     run(write_scene(FALLING_STRIP), "time.end=1 ms", out=tmp_path / "out")
     assert done_at[0] == FIRST_INTERVAL
 

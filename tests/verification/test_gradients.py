@@ -79,7 +79,7 @@ def solve(kernel_cache, monkeypatch, write_scene):
         record = MemoryRecord(loaded, ready_model(loaded, choice))
         batch = Batch([record], choice, [()], make_solver=maker)
         [run] = batch.runs
-        batch.write_due()
+        batch.act()
         while batch.running:
             batch.do_blocks()
         assert not isinstance(run.outcome, Exception), run.outcome
@@ -91,11 +91,12 @@ def solve(kernel_cache, monkeypatch, write_scene):
 @pytest.mark.physics
 @pytest.mark.parametrize("text, paths, columns", CASES.values(), ids=CASES)
 def test_differences_of_whole_runs(solve, text, paths, columns):
+    from softsim.run.callbacks import Rows
     from softsim.run.gradient import Parameter, derivatives
 
     run = solve(text)
     parameters = [Parameter.at(run.files.loaded, path, Option(path)) for path in paths]
-    found = derivatives(run, parameters)
+    found = derivatives(run.stepping, run.callback(Rows).observer, parameters)
     for p in parameters:
 
         def difference(share, p=p):

@@ -1,18 +1,95 @@
-"""Commands that change loads of a run while it goes on: chambers and motors."""
+"""Loads that change while a run goes on: a pressure by the rows of its history, chambers and motors
+by commands.
 
-from collections.abc import Callable
+Rows come at increments that depend on model and scene only, so a controlled pressure takes the same
+course whatever stops the run in between.
+"""
+
+import logging
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from softsim.errors import SimulationError
 from softsim.loads import profile
 from softsim.loads.pressure import FollowerPressure, PressureSource
-from softsim.loads.pressure_control import PressureRamp
+from softsim.loads.pressure_control import PressureControl, PressureRamp, Sensed
 from softsim.loads.rotor import Rotor
-from softsim.run.course import Run
+from softsim.run.callbacks import RowReader
+from softsim.run.loop import Run
 from softsim.scene.reporting import did_you_mean
+
+log = logging.getLogger("softsim")
+
+
+class Feedback(RowReader):
+    """Cycles of the pressure in the robot's chamber, and its control by rows of the history.
+
+    source: pressure source of that chamber; None without one, and once commands set the pressure.
+    control: controller of the source, whose state is changed in place; None for a pressure that is
+    given over time. The ramp of the pressure is in the solver's state. is_commanded: True once a
+    command has replaced the source.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self.run, chamber = run, run.model.chamber
+        self.source = None if chamber is None else chamber.source
+        self.control: PressureControl | None = None
+        if chamber is not None and chamber.source.control is not None:
+            self.control = PressureControl(chamber.source.control, run.progress.control)
+            self.kernel = run.scenario.term_of(chamber).kernel
+            run.progress.control = self.control.state
+        self.needs_each_row, self.is_commanded = self.control is not None, False
+
+    def end(self) -> None:
+        """End the control by a profile or by events: commands set the pressure."""
+        self.source = self.control = self.run.progress.control = None
+        self.needs_each_row, self.is_commanded = False, True
+
+    def cycles_done(self, time: float) -> int:
+        """Return the number of pressure cycles ended by a time [s]; 0 without a source."""
+        if self.control is not None:
+            return self.control.state.cycles_done
+        return 0 if self.source is None else self.source.cycles_done(time)
+
+    def readings(self, times: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the column `cycles_done`, and of a controlled pressure `cycle` and `phase`."""
+        found = {"cycles_done": np.array([self.cycles_done(time) for time in times])}
+        if self.control is not None:
+            found["cycle"] = np.array([self.control.cycle])
+            found["phase"] = np.array([self.control.phase_at(time) for time in times])
+        return found
+
+    def see_row(self, row: Mapping[str, float]) -> None:
+        """Pass a row to the control, and its decision, if any, to the solver."""
+        decision = None if self.control is None else self.control.sense(sensed(row))
+        if decision is None:
+            return
+        self.kernel.set_ramp(self.run.scenario.number, decision.ramp)
+        log.info(
+            "t = %.6g s, cycle %d: %s at %.4g kPa, now %+.4g kPa/s",
+            row["time"], row["cycle"], decision.reason, 1e-3 * row["pressure"],
+            1e-3 * decision.ramp.rate,
+        )  # fmt: skip
+
+
+def sensed(row: Mapping[str, float]) -> Sensed:
+    """Return the sensed quantities in a row of the history."""
+    place = tuple(row[name] for name in ("frame_x", "frame_y", "frame_z") if name in row)
+    turns = ("frame_rotation_x", "frame_rotation_y", "frame_rotation_z")
+    turn = [row[name] for name in turns] if "frame_z" in row else [0.0, 0.0, row["frame_angle"]]
+    axis = Rotation.from_rotvec(turn).apply([1.0, 0.0, 0.0])[: len(place)]
+    return Sensed(
+        row["time"], row["pressure"], row["rows_in_contact"], row["wall_force_normal"], place,
+        tuple(axis.tolist()),
+    )  # fmt: skip
+
+
+# -------------------------------------------------------------------------------------------------
+# Commands of a program or of the live view.
 
 
 @dataclass(frozen=True)
@@ -109,7 +186,7 @@ class LoadCommands:
             change = profile.ramp(now, self.present_value(load), within, value)
             term.follow(scenario.number, source.with_profile(change))
         if load is self.model.chamber:
-            self.run.end_control()
+            self.run.callback(Feedback).end()
 
     def set_motor(self, frequency: float, name: str | None = None) -> None:
         """Set the frequency [Hz] of a motor, or of all; see `Simulation.set_motor`."""
