@@ -30,6 +30,10 @@ class Vectors:
         """Return the scalar product of two vectors."""
         return (a * b).sum(axis=0)
 
+    def cross(self, a, b):
+        """Return the vector product of two vectors in space."""
+        return np.cross(a, b, axis=0)
+
     def norm(self, a):
         """Return the length of a vector."""
         return np.sqrt((a * a).sum(axis=0))
@@ -60,6 +64,11 @@ class KernelVectors(Vectors):
     def dot(self, a, b):
         """Return the scalar product of two vectors."""
         return a.dot(b)
+
+    @ti.func
+    def cross(self, a, b):
+        """Return the vector product of two vectors in space."""
+        return a.cross(b)
 
     @ti.func
     def norm(self, a):
