@@ -19,10 +19,10 @@ from softsim.compute.nodes import Nodes
 from softsim.contact.deformable_surface import DeformableSurface, SurfaceData
 from softsim.contact.forces import (
     BEFORE_START,
+    FrictionMemory,
     NodalForces,
     Penalty,
     WallFriction,
-    limit_with_memory,
 )
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
 from softsim.contact.self_contact import SelfContact
@@ -180,8 +180,7 @@ class CornerContact(NodalForces, SelfContact):
         SelfContact.__init__(self, surface, lists, contact_nodes, of_corners, friction.coefficient)
         NodalForces.__init__(self, scenarios, len(contact_nodes), surface.nodes.dimension)
         self.node = index_field(contact_nodes)
-        self.friction_memory = real_field(friction.memory)
-        self.slip_length = real_field(friction.slip_length)
+        self.memory = FrictionMemory(friction)
         nothing = np.zeros((scenarios, corners))
         # Of friction: its limit, the time in contact that it remembers; when it last touched [s].
         self.limit, self.age = real_field(nothing), real_field(nothing)
@@ -212,16 +211,10 @@ class CornerContact(NodalForces, SelfContact):
     @ti.func
     def _friction_limit(self, s, i, f, N, speed, t, dt):
         """Return the friction limit [N] of corner i, with the memory of surface_contact.py."""
-        memory = self.friction_memory[s]
-        if t - self.touched_at[s, i] > dt + memory:
+        if t - self.touched_at[s, i] > dt + self.memory.time[s]:
             self.age[s, i] = 0.0
-        age = self.age[s, i] + dt
-        if t < 0.0:  # bodies settle, as if they lay there for long: the limit has followed
-            memory = 0.0
-        limit = limit_with_memory(
-            self.limit[s, i], self.friction_coefficient[s] * N, age, memory, self.slip_length[s],
-            speed, dt,
-        )  # fmt: skip
+        age, instant = self.age[s, i] + dt, self.friction_coefficient[s] * N
+        limit = self.memory.limit(s, self.limit[s, i], instant, age, speed, t, dt)
         self.limit[s, i], self.age[s, i], self.touched_at[s, i] = limit, age, t
         return limit
 

@@ -123,6 +123,22 @@ def limit_with_memory(last, instant, age, memory, slip_length, speed, dt):
     return last + (instant - last) * (dt / ti.max(dt, ti.min(forgets_in, age)))
 
 
+class FrictionMemory:
+    """Memory of the friction limit on walls in kernels."""
+
+    def __init__(self, friction: WallFriction) -> None:
+        self.time = real_field(friction.memory)
+        self.slip_length = real_field(friction.slip_length)
+
+    @ti.func
+    def limit(self, s, last, instant, age, speed, t, dt):
+        """Return the friction limit [N] after an increment that ends at time t."""
+        memory = self.time[s]
+        if t < 0.0:  # bodies settle, as if they lay there for long: the limit has followed
+            memory = 0.0
+        return limit_with_memory(last, instant, age, memory, self.slip_length[s], speed, dt)
+
+
 # -------------------------------------------------------------------------------------------------
 # Energy dissipated by contact, node by node, for every kind of contact.
 #

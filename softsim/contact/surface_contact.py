@@ -15,11 +15,11 @@ from softsim.contact.adhesion import Adhesion, NodalAdhesion
 from softsim.contact.forces import (
     BEFORE_START,
     Dissipation,
+    FrictionMemory,
     NodalForces,
     Penalty,
     PenaltyFields,
     WallFriction,
-    limit_with_memory,
     normal_force,
     shear_force,
     slip,
@@ -105,8 +105,7 @@ class SurfaceContact(NodalForces, Dissipation):
         self.node = index_field(contact_nodes)
         self.penalty = PenaltyFields(penalty)
         self.friction_coefficient = real_field(friction.coefficient)
-        self.friction_memory = real_field(friction.memory)
-        self.slip_length = real_field(friction.slip_length)
+        self.memory = FrictionMemory(friction)
         self.return_time = real_field(return_times)
         self.first_slot = nodes.corner_forces.reserve(contact_nodes)
 
@@ -254,7 +253,7 @@ class SurfaceContact(NodalForces, Dissipation):
             rate.meet(s, i, w)
         self.anchor[s, i, w] = q - inside * v
         away = t - self.left_at[s, i, w]
-        if away > self.friction_memory[s]:
+        if away > self.memory.time[s]:
             self.age[s, i, w] = 0.0
         if away < self.return_time[s]:
             self.returns[s, i] = self.returns[s, i] + 1
@@ -273,12 +272,7 @@ class SurfaceContact(NodalForces, Dissipation):
         instant = self.friction_coefficient[s] * N
         for adhesion in ti.static(self.adhesion):
             instant = adhesion.friction_limit(s, i, w, N, self.friction_coefficient[s])
-        memory = self.friction_memory[s]
-        if t < 0.0:  # bodies settle, as if they lay there for long: the limit has followed
-            memory = 0.0
-        limit = limit_with_memory(
-            last, instant, age, memory, self.slip_length[s], tangential(v, n).norm(), dt
-        )
+        limit = self.memory.limit(s, last, instant, age, tangential(v, n).norm(), t, dt)
         self.age[s, i, w], self.friction_limit[s, i, w] = age, limit
         slipped = slip(stretch, before, k_t, damping_rate, limit)
         stretch -= slipped
