@@ -15,6 +15,8 @@ from softsim.compute import backend
 from softsim.compute.mass_scaling import MassScaling
 from softsim.compute.term import PerScenario, equal_but_per_scenario
 from softsim.contact.adhesion import Adhesion, PairLaws
+from softsim.contact.deformable_surface import SurfaceData
+from softsim.contact.forces import Penalty
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.simple_walls import Cylinder, Sphere
 from softsim.contact.surface_contact import ContactData
@@ -93,44 +95,27 @@ class Body:
 
 
 @dataclass(frozen=True)
-class SelfContactData:
+class SelfContactData(SurfaceData):
     """Surfaces of deformable bodies that may touch themselves and each other.
 
-    nodes: vertices (k,) of the surfaces. facets (f, d), numbered as nodes. Points are the vertices,
-    then the facets' centroids (k + f,): point_size at rest [m], point_part the connected part of
-    the bodies that each belongs to, point_areas the area [m^2] that it stands for,
-    penalty_stiffness k_n [N/m], damping_time c_n / k_n [s]. facet_areas (f,) [m^2];
-    facet_stiffness: contact stiffness per area (f,) [Pa/m]. tangential_ratio: k_t / k_n;
-    tangential_damping_fraction: c_t / c_n. point_group (k + f,): number of the group of each point;
-    may_touch (groups, groups): True for groups in contact with each other, friction_coefficient
-    (groups, groups) between them; adhesion: its laws, None where nothing adheres.
+    Per point (k + f,): penalty_stiffness k_n [N/m], damping_time c_n / k_n [s]. tangential_ratio:
+    k_t / k_n; tangential_damping_fraction: c_t / c_n. friction_coefficient (groups, groups);
+    adhesion: its laws, None where nothing adheres.
     """
 
-    nodes: np.ndarray
-    facets: np.ndarray
-    point_size: np.ndarray
-    point_part: np.ndarray
-    point_areas: np.ndarray
-    facet_areas: np.ndarray
-    facet_stiffness: np.ndarray
     penalty_stiffness: np.ndarray
     damping_time: np.ndarray
     tangential_ratio: float
     tangential_damping_fraction: float
-    point_group: np.ndarray
-    may_touch: np.ndarray
     friction_coefficient: PerScenario[np.ndarray]
     adhesion: PairLaws | None = None
 
     @property
-    def facet_size(self) -> np.ndarray:
-        """Size of each facet at rest (f,) [m]."""
-        return self.point_size[len(self.nodes) :]
-
-    @property
-    def facet_part(self) -> np.ndarray:
-        """Connected part of the bodies (f,) that each facet belongs to."""
-        return self.point_part[len(self.nodes) :]
+    def penalty(self) -> Penalty:
+        """Springs and dashpots of the points (k + f,)."""
+        k_n, c_n = self.penalty_stiffness, self.penalty_stiffness * self.damping_time
+        k_t, c_t = self.tangential_ratio * k_n, self.tangential_damping_fraction * c_n
+        return Penalty(k_n, k_t, c_n, c_t)
 
     def summed_at_nodes(self, of_points: np.ndarray) -> np.ndarray:
         """Return the sum (k,) of values of points over each vertex and the centroids around it.
@@ -147,16 +132,13 @@ class SelfContactData:
 class CornerData:
     """Contact of convex wall corners in the plane with facets (f, 2), numbered as nodes.
 
-    facet_size: lengths at rest (f,) [m]. k_n, k_t [N/m] and the dashpots c_n, c_t [N s/m] are those
-    of each corner. together: upper bound of the sum of contact weights of corners at a facet node.
+    facet_size: lengths at rest (f,) [m]. penalty: springs and dashpots of each corner (1,).
+    together: upper bound of the sum of contact weights of corners at a facet node.
     """
 
     facets: np.ndarray
     facet_size: np.ndarray
-    penalty_stiffness: float
-    tangential_stiffness: float
-    damping: float
-    tangential_damping: float
+    penalty: Penalty
     together: float
 
 

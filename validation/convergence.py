@@ -139,7 +139,7 @@ def automatic_penalty(scene: str, mesh: tuple[str, ...]) -> float:
     of all nodes, since the sector of the skin that a strip stands for is wider than its spikes.
     """
     contact = build_model(load_scene(SCENES / scene, mesh)).contact
-    return float(contact.penalty_stiffness.min())
+    return float(contact.penalty.k_n.min())
 
 
 def label(what: str, numerics: Numerics) -> str:

@@ -134,8 +134,8 @@ def adhesions(
     for wall in walls:
         areas = np.stack([areas_at(surface) for surface in wall.names], axis=2)
         refuse_different_rates(names, dict(zip(specs, laws, strict=True)), areas)
-        adhesion = Adhesion.of_areas(laws, areas, contact.penalty_stiffness, softest)
-        refuse_unresolved_range(names, wall, adhesion, contact.penalty_stiffness)
+        adhesion = Adhesion.of_areas(laws, areas, contact.penalty.k_n, softest)
+        refuse_unresolved_range(names, wall, adhesion, contact.penalty.k_n)
         found.append(adhesion if areas.any() else None)
     return tuple(found)
 

@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from softsim.contact.polyline import checked_polyline
 from softsim.contact.simple_walls import Cylinder, Sphere
 from softsim.contact.surface_contact import ALLOWED_PENETRATION, PenaltyStiffness
+from softsim.contact.terrain import checked_polyline
 from softsim.errors import MeshError
 from softsim.mesh.mesh import SURFACE, signed_volumes, simplex_facets
 from softsim.mesh.reading import read_mesh

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from softsim.applications import entry
 from softsim.builder.pipe_path import overlap
+from softsim.contact.forces import Penalty
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.simple_walls import Cylinder, Sphere
 from softsim.contact.surface_contact import ALLOWED_PENETRATION, ContactData
@@ -202,19 +203,15 @@ def corner_data(
     share = max(1.0 / together, LEAST_SHARE)
     bears = np.isin(contact.nodes, facets)
 
-    def least(constants: np.ndarray) -> float:
-        """Return the smallest constant of those nodes of the facets that may touch walls."""
-        return float(constants[bears].min())
+    def least(constants: np.ndarray) -> np.ndarray:
+        """Return the smallest constant (1,) of the facets' nodes that may touch walls."""
+        return constants[bears].min(keepdims=True)
 
-    return CornerData(
-        facets=facets,
-        facet_size=size,
-        penalty_stiffness=share * least(contact.penalty_stiffness),
-        tangential_stiffness=share * least(contact.tangential_stiffness),
-        damping=np.sqrt(share) * least(contact.damping),
-        tangential_damping=np.sqrt(share) * least(contact.tangential_damping),
-        together=together,
-    )
+    of_nodes = contact.penalty
+    springs, dashpots = (of_nodes.k_n, of_nodes.k_t), (of_nodes.c_n, of_nodes.c_t)
+    k_n, k_t = (share * least(constants) for constants in springs)
+    c_n, c_t = (np.sqrt(share) * least(constants) for constants in dashpots)
+    return CornerData(facets, size, Penalty(k_n, k_t, c_n, c_t), together)
 
 
 def distance_between(corners: np.ndarray) -> float:

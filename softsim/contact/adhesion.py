@@ -49,6 +49,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, real_field
 from softsim.compute.term import PerScenario
+from softsim.compute.vectors import KERNEL, NUMPY
 from softsim.contact.forces import BEFORE_START
 
 MEASURED_AT = 0.5
@@ -72,6 +73,12 @@ class SeparationRate:
         return float((self.fastest / self.speed) ** self.exponent)
 
 
+def stress_of_range(work, range_, compliance, m):
+    """Return the stress s [Pa] with the range h: the root of w = s h / 2 + s^2 c / 2."""
+    half = 0.5 * range_
+    return 2.0 * work / (half + m.sqrt(half * half + 2.0 * work * compliance))
+
+
 @dataclass(frozen=True)
 class CohesiveLaw:
     """Adhesion per area: work w [J/m^2], with the pull-off stress s [Pa] or the range h [m].
@@ -86,16 +93,13 @@ class CohesiveLaw:
     rate: SeparationRate | None = None
 
     def stress(self, compliance: np.ndarray) -> np.ndarray:
-        """Return s [Pa], with a given range the root of w = s h / 2 + s^2 c / 2.
+        """Return s [Pa], given or as the range gives it.
 
         compliance: c = A / k_n of the penalty contact [m/Pa], of any shape.
         """
         if self.range is None:
             return np.full_like(compliance, self.pull_off_stress)
-        half = 0.5 * self.range
-        return np.asarray(
-            2.0 * self.work / (half + np.sqrt(half**2 + 2.0 * self.work * compliance))
-        )
+        return np.asarray(stress_of_range(self.work, self.range, compliance, NUMPY))
 
 
 @dataclass(frozen=True)
@@ -367,6 +371,7 @@ class PairAdhesion(NodalAdhesion):
     """
 
     def __init__(self, laws: Sequence[PairLaws], count: int) -> None:
+        self.stress_of_range = ti.func(stress_of_range)
         nothing = np.zeros((count, 1))
         of_points = Adhesion(nothing, nothing + 1.0, nothing + np.inf, nothing, nothing)
         super().__init__([of_points] * len(laws))
@@ -404,10 +409,10 @@ class PairAdhesion(NodalAdhesion):
 
         compliance: c = A / k_n [m/Pa].
         """
-        work, half = self.work[s, one, other], 0.5 * self.range[s, one, other]
+        work, reach = self.work[s, one, other], self.range[s, one, other]
         stress, tau, sheared = self.stress[s, one, other], self.shear_strength[s, one, other], 0.0
-        if half > 0.0:
-            stress = 2.0 * work / (half + ti.sqrt(half * half + 2.0 * work * compliance))
+        if reach > 0.0:
+            stress = self.stress_of_range(work, reach, compliance, KERNEL)
         if tau >= 0.0:
             sheared = stress
         return ti.Vector([work, stress, ti.max(tau, 0.0), sheared])

@@ -16,8 +16,14 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import Number, index_field, real_field, vector_field
 from softsim.compute.nodes import Nodes
-from softsim.contact.deformable_surface import DeformableSurface
-from softsim.contact.forces import BEFORE_START, NodalForces, limit_with_memory
+from softsim.contact.deformable_surface import DeformableSurface, SurfaceData
+from softsim.contact.forces import (
+    BEFORE_START,
+    FrictionMemory,
+    NodalForces,
+    Penalty,
+    WallFriction,
+)
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
 from softsim.contact.self_contact import SelfContact
 from softsim.contact.wall import FixedFrame
@@ -51,21 +57,12 @@ class CornerSurface(DeformableSurface):
         corners: Sequence[np.ndarray],
     ) -> None:
         of_facets = np.unique(facets)
-        nothing = np.zeros(len(facets))
-        super().__init__(
-            nodes,
-            of_facets,
-            facets,
-            nothing,
-            facet_size,
-            nothing,
-            nothing,
-            nothing,
-            nothing,
-            nothing,
-            nothing,
-            np.ones((1, 1)),
+        size = np.concatenate([np.zeros(len(of_facets)), facet_size])
+        unused, of_facet = np.zeros(len(size)), np.zeros(len(facets))
+        data = SurfaceData(
+            of_facets, facets, size, unused, unused, of_facet, of_facet, unused, np.ones((1, 1))
         )
+        super().__init__(nodes, data)
         self.frame = frame
         most = max(len(places) for places in corners)
         self.point_count = Number(most)
@@ -162,9 +159,7 @@ class CornerContact(NodalForces, SelfContact):
     ----------
     surface: corners (c) and facets (f). lists: which of them may touch.
     contact_nodes: numbers of all nodes that touch walls (k,), those of the facets among them.
-    constants: k_n, k_t [N/m], c_n, c_t [N s/m] of a corner.
-    friction_coefficient: mu (scenarios,) [-]. friction_memory: t* of its limit (scenarios,) [s].
-    slip_length: d of its limit (scenarios,) [m].
+    penalty: springs and dashpots of a corner (1,). friction: of each scenario.
 
     Fields: of the corners those of SelfContact, (scenarios, c); of the nodes those of
     contact/forces.py, (scenarios, k).
@@ -177,19 +172,15 @@ class CornerContact(NodalForces, SelfContact):
         surface: CornerSurface,
         lists: NeighbourLists,
         contact_nodes: np.ndarray,
-        constants: tuple[float, float, float, float],
-        friction_coefficient: np.ndarray,
-        friction_memory: np.ndarray,
-        slip_length: np.ndarray,
+        penalty: Penalty,
+        friction: WallFriction,
     ) -> None:
         scenarios, corners = surface.nodes.scenarios, int(surface.point_count)
-        k_n, k_t, c_n, c_t = (np.full(corners, constant) for constant in constants)
-        SelfContact.__init__(
-            self, surface, lists, contact_nodes, k_n, k_t, c_n, c_t, friction_coefficient
-        )
+        of_corners = penalty.repeated(corners)
+        SelfContact.__init__(self, surface, lists, contact_nodes, of_corners, friction.coefficient)
         NodalForces.__init__(self, scenarios, len(contact_nodes), surface.nodes.dimension)
         self.node = index_field(contact_nodes)
-        self.friction_memory, self.slip_length = map(real_field, (friction_memory, slip_length))
+        self.memory = FrictionMemory(friction)
         nothing = np.zeros((scenarios, corners))
         # Of friction: its limit, the time in contact that it remembers; when it last touched [s].
         self.limit, self.age = real_field(nothing), real_field(nothing)
@@ -220,16 +211,10 @@ class CornerContact(NodalForces, SelfContact):
     @ti.func
     def _friction_limit(self, s, i, f, N, speed, t, dt):
         """Return the friction limit [N] of corner i, with the memory of surface_contact.py."""
-        memory = self.friction_memory[s]
-        if t - self.touched_at[s, i] > dt + memory:
+        if t - self.touched_at[s, i] > dt + self.memory.time[s]:
             self.age[s, i] = 0.0
-        age = self.age[s, i] + dt
-        if t < 0.0:  # bodies settle, as if they lay there for long: the limit has followed
-            memory = 0.0
-        limit = limit_with_memory(
-            self.limit[s, i], self.friction_coefficient[s] * N, age, memory, self.slip_length[s],
-            speed, dt,
-        )  # fmt: skip
+        age, instant = self.age[s, i] + dt, self.friction_coefficient[s] * N
+        limit = self.memory.limit(s, self.limit[s, i], instant, age, speed, t, dt)
         self.limit[s, i], self.age[s, i], self.touched_at[s, i] = limit, age, t
         return limit
 

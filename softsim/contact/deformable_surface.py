@@ -29,6 +29,7 @@ deeper than DEPTH of a facet's length is considered to be inside something else:
 squeezed to a quarter of NEIGHBOURHOOD facets before its two sides are mistaken for two parts.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -207,46 +208,52 @@ EXTENSION = 0.1
 SHAPES: dict[int, Any] = {2: EdgeShape, 3: TriangleShape}
 
 
-class DeformableSurface:
-    """Facets that touch, and the points that do: vertices first, then the facets' centroids.
+@dataclass(frozen=True)
+class SurfaceData:
+    """Surfaces of deformable bodies: vertices `nodes` (k,) and facets (f, d), numbered as nodes.
 
-    Parameters
-    ----------
-    nodes: the shared nodes. members: numbers of the vertices (k,). facets: corners (f, d),
-        numbered as nodes.
-    point_size, facet_size: size at rest (k + f,), (f,) [m].
-    point_part, facet_part: number of the connected part of the bodies (k + f,), (f,).
-    point_areas, facet_areas: at rest (k + f,), (f,) [m^2].
-    facet_stiffness: contact stiffness per area (f,) [Pa/m].
-    point_group: group of each point (k + f,). may_touch (groups, groups): True for groups in
-        contact with each other.
+    Points are the vertices, then the facets' centroids (k + f,): point_size at rest [m], point_part
+    the connected part of the bodies that each belongs to, point_areas the area [m^2] that it stands
+    for, point_group the number of its group. facet_areas (f,) [m^2]; facet_stiffness: contact
+    stiffness per area (f,) [Pa/m]. may_touch (groups, groups): True for groups in contact with each
+    other.
     """
 
-    def __init__(
-        self,
-        nodes: Nodes,
-        members: np.ndarray,
-        facets: np.ndarray,
-        point_size: np.ndarray,
-        facet_size: np.ndarray,
-        point_part: np.ndarray,
-        facet_part: np.ndarray,
-        point_areas: np.ndarray,
-        facet_areas: np.ndarray,
-        facet_stiffness: np.ndarray,
-        point_group: np.ndarray,
-        may_touch: np.ndarray,
-    ) -> None:
-        d = nodes.dimension
+    nodes: np.ndarray
+    facets: np.ndarray
+    point_size: np.ndarray
+    point_part: np.ndarray
+    point_areas: np.ndarray
+    facet_areas: np.ndarray
+    facet_stiffness: np.ndarray
+    point_group: np.ndarray
+    may_touch: np.ndarray
+
+    @property
+    def facet_size(self) -> np.ndarray:
+        """Size of each facet at rest (f,) [m]."""
+        return self.point_size[len(self.nodes) :]
+
+    @property
+    def facet_part(self) -> np.ndarray:
+        """Connected part of the bodies (f,) that each facet belongs to."""
+        return self.point_part[len(self.nodes) :]
+
+
+class DeformableSurface:
+    """Kernel class of the facets that touch, and of the points that do."""
+
+    def __init__(self, nodes: Nodes, data: SurfaceData) -> None:
+        d, members, facets = nodes.dimension, data.nodes, data.facets
         self.nodes, self.shape = nodes, SHAPES[d]()
         self.member_count, self.facet_count = Number(len(members)), Number(len(facets))
         self.point_count = Number(len(members) + len(facets))
         self.watched_count = self.member_count
-        self.point_size, self.facet_size = real_field(point_size), real_field(facet_size)
-        self.point_part, self.facet_part = index_field(point_part), index_field(facet_part)
-        self.point_area, self.facet_area = real_field(point_areas), real_field(facet_areas)
-        self.facet_stiffness = real_field(facet_stiffness)
-        self.point_group, self.may_touch = index_field(point_group), index_field(may_touch)
+        self.point_size, self.facet_size = real_field(data.point_size), real_field(data.facet_size)
+        self.point_part, self.facet_part = map(index_field, (data.point_part, data.facet_part))
+        self.point_area, self.facet_area = map(real_field, (data.point_areas, data.facet_areas))
+        self.facet_stiffness = real_field(data.facet_stiffness)
+        self.point_group, self.may_touch = map(index_field, (data.point_group, data.may_touch))
         self.member, self.corner = index_field(members), index_field(facets)
         # Facets around each node, in their order, and which of their corners it is.
         order = np.argsort(facets.ravel(), kind="stable")

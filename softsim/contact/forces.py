@@ -21,23 +21,71 @@ limit with memory prevents this (Prakash and Clifton 1993; Cochard and Rice 2000
 with a time t* at rest and a slip length d at the speed V; it starts as the mean of mu N.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import taichi as ti
 
 from softsim.compute import backend, fields
 from softsim.compute.fields import Number, index_field, real_field, vector_field
 from softsim.compute.term import Term
+from softsim.scene.walls import Contact
 
 BEFORE_START = -1e30
 """Time of events that have not happened yet [s], before any time of a run."""
 
 
+@dataclass(frozen=True)
+class Penalty:
+    """Springs and dashpots of contact at points (k,): k_n, k_t [N/m] and c_n, c_t [N s/m]."""
+
+    k_n: np.ndarray
+    k_t: np.ndarray
+    c_n: np.ndarray
+    c_t: np.ndarray
+
+    @classmethod
+    def from_settings(cls, settings: Contact, k_n: np.ndarray, c_n: np.ndarray) -> "Penalty":
+        """Return the penalty with the tangential constants that the settings give."""
+        k_t = settings.tangential_stiffness_ratio * k_n
+        return cls(k_n, k_t, c_n, settings.tangential_damping_fraction * c_n)
+
+    def repeated(self, count: int) -> "Penalty":
+        """Return the penalty of `count` points that are all like the only one of this penalty."""
+        constants = (self.k_n, self.k_t, self.c_n, self.c_t)
+        return Penalty(*(np.repeat(constant, count) for constant in constants))
+
+    def stiffness_with_dashpots(self, dt: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return k_n + 2 c_n / dt and k_t + 2 c_t / dt (k,) [N/m], see solver/stable_step.py."""
+        return self.k_n + 2.0 * self.c_n / dt, self.k_t + 2.0 * self.c_t / dt
+
+
+class PenaltyFields:
+    """Springs and dashpots of contact points in kernels."""
+
+    def __init__(self, penalty: Penalty) -> None:
+        self.k_n, self.k_t = real_field(penalty.k_n), real_field(penalty.k_t)
+        self.c_n, self.c_t = real_field(penalty.c_n), real_field(penalty.c_t)
+
+
+@dataclass(frozen=True)
+class WallFriction:
+    """Friction on walls in each scenario, arrays (scenarios,).
+
+    coefficient: mu [-]. memory: t* of the friction limit [s]. slip_length: d of the limit [m].
+    """
+
+    coefficient: np.ndarray
+    memory: np.ndarray
+    slip_length: np.ndarray
+
+
 @ti.func
-def normal_force(gap, gap_rate, penalty_stiffness, damping):
+def normal_force(gap, gap_rate, k_n, c_n):
     """Return N = max(0, -k_n g - c_n dg/dt) where g < 0, else 0 [N]."""
     force = gap * 0.0
     if gap < 0.0:
-        force = ti.max(0.0, -penalty_stiffness * gap - damping * gap_rate)
+        force = ti.max(0.0, -k_n * gap - c_n * gap_rate)
     return force
 
 
@@ -73,6 +121,22 @@ def limit_with_memory(last, instant, age, memory, slip_length, speed, dt):
     """
     forgets_in = memory / (1.0 + memory * speed / slip_length)
     return last + (instant - last) * (dt / ti.max(dt, ti.min(forgets_in, age)))
+
+
+class FrictionMemory:
+    """Memory of the friction limit on walls in kernels."""
+
+    def __init__(self, friction: WallFriction) -> None:
+        self.time = real_field(friction.memory)
+        self.slip_length = real_field(friction.slip_length)
+
+    @ti.func
+    def limit(self, s, last, instant, age, speed, t, dt):
+        """Return the friction limit [N] after an increment that ends at time t."""
+        memory = self.time[s]
+        if t < 0.0:  # bodies settle, as if they lay there for long: the limit has followed
+            memory = 0.0
+        return limit_with_memory(last, instant, age, memory, self.slip_length[s], speed, dt)
 
 
 # -------------------------------------------------------------------------------------------------

@@ -23,6 +23,7 @@ from scipy.ndimage import distance_transform_edt
 from softsim.compute import backend
 from softsim.compute.fields import index_field, real_field, vector_field
 from softsim.compute.term import PerScenario
+from softsim.compute.vectors import KERNEL, NUMPY
 from softsim.contact.wall import Obstacle, Wall
 from softsim.errors import MeshError
 from softsim.mesh.surface import read_surface
@@ -42,6 +43,9 @@ class GriddedObstacle(Obstacle):
     count = 1
 
     def __init__(self, walls: Sequence["DistanceGrid"]) -> None:
+        self.place_in_grid, self.interpolated, self.gap_beyond = map(
+            ti.func, (place_in_grid, interpolated, gap_beyond)
+        )
         self.dimension = walls[0].values.ndim
         self.value, first = joined([w.values for w in walls])
         self.first = index_field(first)
@@ -56,46 +60,60 @@ class GriddedObstacle(Obstacle):
         The gap is negative in the wall. The normal has the direction of the gradient of the gap.
         """
         h = self.spacing[s]
-        u = (x - self.origin[s]) / h
-        rim = ti.min(ti.max(u, 0.0), self.nodes[s] - 1.0)
-        gap, n = self.interpolated(s, rim)
-        if (u - rim).norm_sqr() > 0.0:
-            beyond = h * (u - rim).norm()
-            gap += ti.select(gap < 0.0, -beyond, beyond)
-        return gap, n
-
-    @ti.func
-    def interpolated(self, s, u):
-        """Return the gap [m] at u, and its gradient as a unit vector.
-
-        u is in spacings from the origin and within the grid. g = sum of w_c g_c over the corners c
-        of the cell; w_c is the product, over the axes, of the fraction of the path across the cell,
-        or its complement. The derivative of w_c along an axis is the product over the other axes,
-        with the sign of the corner's side.
-        """
-        d = ti.static(self.dimension)
-        cell = ti.min(ti.floor(u), self.nodes[s] - 2.0)
-        share = u - cell
-        gap = ti.cast(0.0, backend.real)
-        slope = ti.Vector.zero(backend.real, d)
-        for corner in ti.static(range(2**d)):
+        cell, fraction, beyond = self.place_in_grid(x, self.origin[s], h, self.nodes[s], KERNEL)
+        values = ti.Vector.zero(backend.real, ti.static(2**self.dimension))
+        for corner in ti.static(range(2**self.dimension)):
             number = 0
-            for a in ti.static(range(d)):
+            for a in ti.static(range(self.dimension)):
                 number = number * ti.cast(self.nodes[s][a], ti.i32) + (
                     ti.cast(cell[a], ti.i32) + (corner >> a) % 2
                 )
-            value = self.value[self.first[s] + number]
-            weight = ti.cast(1.0, backend.real)
-            for a in ti.static(range(d)):
-                weight *= share[a] if ti.static((corner >> a) % 2) else 1.0 - share[a]
-            gap += weight * value
-            for a in ti.static(range(d)):
-                of_slope = value if ti.static((corner >> a) % 2) else -value
-                for b in ti.static(range(d)):
-                    if ti.static(b != a):
-                        of_slope *= share[b] if ti.static((corner >> b) % 2) else 1.0 - share[b]
-                slope[a] += of_slope
+            values[corner] = self.value[self.first[s] + number]
+        gap, slope = self.interpolated(values, fraction, KERNEL)
+        gap = self.gap_beyond(gap, beyond, h, KERNEL)
         return gap, slope / ti.max(slope.norm(), 1e-12)
+
+
+def place_in_grid(x, origin, spacing, nodes, m):
+    """Return the cell of points x, the place in it, and the vector from the grid to x.
+
+    All are in spacings. Outside the grid the cell and the place in it are those of the nearest
+    point of its boundary.
+    """
+    u = (x - origin) / spacing
+    rim = m.minimum(m.maximum(u, 0.0), nodes - 1.0)
+    cell = m.minimum(m.floor(rim), nodes - 2.0)
+    return cell, rim - cell, u - rim
+
+
+def interpolated(values, fraction, m):
+    """Return the gap [m] at a place in a cell, and its slope along each axis in spacings.
+
+    values: gaps g_c at the corners c of the cell; bit a of c is its side along axis a. g = sum of
+    w_c g_c; w_c is the product, over the axes, of the fraction of the path across the cell, or its
+    complement. The derivative of w_c along an axis is the product over the other axes, with the
+    sign of the corner's side.
+    """
+    d = ti.static(len(fraction))
+    gap, slope = 0.0 * fraction[0], 0.0 * fraction
+    for corner in ti.static(range(2**d)):
+        weight = 1.0
+        for a in ti.static(range(d)):
+            weight *= fraction[a] if ti.static((corner >> a) % 2) else 1.0 - fraction[a]
+            of_slope = values[corner] if ti.static((corner >> a) % 2) else -values[corner]
+            for b in ti.static(range(d)):
+                if ti.static(b != a):
+                    weight_b = fraction[b] if ti.static((corner >> b) % 2) else 1.0 - fraction[b]
+                    of_slope = of_slope * weight_b
+            slope[a] += of_slope
+        gap += weight * values[corner]
+    return gap, slope
+
+
+def gap_beyond(gap, beyond, spacing, m):
+    """Return the gap [m] of points by the vector `beyond`, in spacings, outside the grid."""
+    distance = spacing * m.norm(beyond)
+    return gap + m.where(gap < 0.0, -distance, distance)
 
 
 def joined(tables: Sequence[np.ndarray]) -> tuple[ti.ScalarField, np.ndarray]:
@@ -260,23 +278,14 @@ class DistanceGrid(Wall):
         return float(BAND * self.spacing)
 
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        last = np.array(self.values.shape) - 1.0
-        u = (x - self.origin) / self.spacing
-        rim = np.clip(u, 0.0, last)
-        gap = self._interpolated(rim)
-        beyond = self.spacing * np.linalg.norm(u - rim, axis=1)
-        gap += np.where(gap < 0.0, -beyond, beyond)
-        return {self.name: gap}
-
-    def _interpolated(self, u: np.ndarray) -> np.ndarray:
-        """Return the values (n,) [m] at u (n, d) within the grid, in spacings from its origin."""
-        cell = np.minimum(u.astype(int), np.array(self.values.shape) - 2)
-        share = u - cell
-        result = np.zeros(len(u))
-        for corner in product((0, 1), repeat=u.shape[1]):
-            weight = np.where(corner, share, 1.0 - share).prod(axis=1)
-            result += weight * self.values[tuple((cell + corner).T)]
-        return result
+        nodes = np.array(self.values.shape)
+        cell, fraction, beyond = place_in_grid(
+            x.T, self.origin[:, None], self.spacing, nodes[:, None], NUMPY
+        )
+        corners = (np.arange(2 ** len(nodes))[:, None] >> np.arange(len(nodes))) % 2
+        at = cell.astype(int)[:, None] + corners.T[..., None]
+        gap, _ = interpolated(self.values[tuple(at)], fraction, NUMPY)
+        return {self.name: gap_beyond(gap, beyond, self.spacing, NUMPY)}
 
     def obstacle(self, scenarios: Sequence["DistanceGrid"], places: np.ndarray) -> GriddedObstacle:
         return GriddedObstacle(scenarios)

@@ -30,8 +30,8 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from softsim.compute import backend
 from softsim.compute.fields import index_field, padded, real_field, vector_field
+from softsim.compute.vectors import KernelVectors, Vectors
 from softsim.contact.pipe_path import FACE
 
 RIGHT_ANGLE = 0.5 * np.pi
@@ -81,91 +81,142 @@ class Junction:
         is_plane = len(self.centre) == 2
         return -self.enlarged[0] if is_plane and self.faces_wall else -FACE
 
-    def coordinates(self, x: np.ndarray) -> np.ndarray:
-        """Return |xi|, eta and |zeta| (n, 3) [m] of points x (n, d)."""
-        arm = x - self.centre
-        xi, eta = arm @ self.run, arm @ self.branch
-        rest = arm - np.outer(xi, self.run) - np.outer(eta, self.branch)
-        return np.stack([np.abs(xi), eta, np.linalg.norm(rest, axis=1)], axis=1)
-
     def holds(self, x: np.ndarray) -> np.ndarray:
         """Return a mask (n,) of the points x (n, d) that lie in both enlarged bores."""
-        return self._is_between(self.coordinates(x))
-
-    def _is_between(self, at: np.ndarray) -> np.ndarray:
-        xi, eta, zeta = at.T
-        A, B = self.enlarged
-        return (eta > 0.0) & (np.hypot(eta, zeta) < A) & (np.hypot(xi, zeta) < B)
+        return np.asarray(self.formulas.is_between(self._coordinates(x), *self.enlarged))
 
     def gap(self, x: np.ndarray) -> np.ndarray:
         """Return the signed gap (n,) [m] of points x (n, d) that lie in both enlarged bores."""
-        at = self.coordinates(x)
-        return np.asarray(np.linalg.norm(at - self._nearest(at), axis=1) - self.fillet)
+        return self._gap_and_normal(x)[0]
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
         """Return the gradient of that gap: unit vectors (n, d)."""
-        arm, at = x - self.centre, self.coordinates(x)
-        way = at - self._nearest(at)
-        way /= np.linalg.norm(way, axis=1)[:, None]
-        xi = arm @ self.run
-        rest = arm - np.outer(xi, self.run) - np.outer(at[:, 1], self.branch)
-        across = way[:, 2] / np.maximum(at[:, 2], 1e-12)
-        along = np.where(xi < 0.0, -way[:, 0], way[:, 0])
-        return np.asarray(
-            np.outer(along, self.run) + np.outer(way[:, 1], self.branch) + across[:, None] * rest
+        return self._gap_and_normal(x)[1].T
+
+    @property
+    def formulas(self) -> "EdgeFormulas":
+        """Formulas of its rounded edge."""
+        return EdgeFormulas(len(self.centre))
+
+    @property
+    def _axes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Centre, run and branch as vectors (d, 1)."""
+        return self.centre[:, None], self.run[:, None], self.branch[:, None]
+
+    def _coordinates(self, x: np.ndarray) -> np.ndarray:
+        return np.asarray(self.formulas.coordinates(x.T, *self._axes))
+
+    def _gap_and_normal(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        gap, normal = self.formulas.gap_and_normal(
+            x.T, self._coordinates(x), *self._axes, *self.enlarged, self.fillet, self.opposite
         )
+        return gap, normal
 
-    def _nearest(self, at: np.ndarray) -> np.ndarray:
-        """Return the nearest points p (n, 3) [m] of C for coordinates at (n, 3)."""
-        A, B = self.enlarged
-        xi, eta, zeta = at.T
-        from_run, from_branch = np.hypot(eta, zeta), np.hypot(xi, zeta)
-        outwards = A / np.maximum(from_run, 1e-12)
-        of_run = np.stack([xi, outwards * eta, outwards * zeta], axis=1)
-        outwards = B / np.maximum(from_branch, 1e-12)
-        of_branch = np.stack([outwards * xi, eta, outwards * zeta], axis=1)
-        p = np.where((A - from_run >= B - from_branch)[:, None], of_run, of_branch)
-        in_run = p[:, 1] ** 2 + p[:, 2] ** 2 < A**2 * (1.0 - 1e-14)
-        in_branch = p[:, 0] ** 2 + p[:, 2] ** 2 < B**2 * (1.0 - 1e-14)
-        edge = self.edge(self._edge_angles(at))
-        p = np.where((in_run | in_branch)[:, None], edge, p)
-        opposite = np.stack([xi, np.full(len(at), self.opposite), zeta], axis=1)
-        is_nearer = eta - self.opposite < np.linalg.norm(at - p, axis=1)
-        return np.where(is_nearer[:, None], opposite, p)
 
-    def edge(self, theta: np.ndarray) -> np.ndarray:
-        """Return the points p (n, 3) [m] of the edge at angles theta (n,) about the branch."""
-        A, B = self.enlarged
-        sine = np.sin(theta)
-        return np.stack([B * np.cos(theta), np.sqrt(A**2 - (B * sine) ** 2), B * sine], axis=1)
+class EdgeFormulas(Vectors):
+    """Formulas of the rounded edge of a junction in a space of a dimension.
 
-    def _edge_angles(self, at: np.ndarray) -> np.ndarray:
-        """Return theta (n,) of the point of the edge nearest to coordinates at (n, 3)."""
-        if len(self.centre) == 2:
-            return np.zeros(len(at))
-        A, B = self.enlarged
-        xi, eta, zeta = at.T
-        low, high = np.zeros(len(at)), np.full(len(at), RIGHT_ANGLE)
-        theta = np.arctan2(zeta, xi)
-        for _ in range(MOST_STEPS):
-            sine, cosine = np.sin(theta), np.cos(theta)
-            height = np.maximum(np.sqrt(A**2 - (B * sine) ** 2), 1e-30)
-            # Both over B: half the derivative of |x - p|^2, and the derivative of that.
-            lift = B * (eta * cosine / height - cosine)
-            slope = xi * sine - zeta * cosine + sine * lift
-            bend = (
-                xi * cosine + zeta * sine + cosine * lift
-                + B * sine**2 * (1.0 - eta * (A**2 - B**2) / height**3)
-            )  # fmt: skip
-            low, high = np.where(slope > 0.0, low, theta), np.where(slope > 0.0, theta, high)
-            newton = theta - slope / np.where(bend > 0.0, bend, 1.0)
-            is_good = (bend > 0.0) & (newton >= low) & (newton <= high)
-            following = np.where(is_good, newton, 0.5 * (low + high))
-            step = np.abs(following - theta).max(initial=0.0)
-            theta = following
-            if step < LEAST_STEP:
-                break
+    A, B: enlarged radii [m]; at: coordinates |xi|, eta and |zeta| [m] of a point.
+    """
+
+    def __init__(self, dimension: int) -> None:
+        self.dimension = dimension
+
+    def coordinates(self, x, centre, run, branch):
+        """Return |xi|, eta and |zeta| [m] of a point x."""
+        arm = x - centre
+        xi, eta = self.dot(arm, run), self.dot(arm, branch)
+        return self.vector([abs(xi), eta, self.norm(arm - xi * run - eta * branch)])
+
+    def is_between(self, at, A, B):
+        """Return True if a point lies in both enlarged bores."""
+        from_run = at[1] * at[1] + at[2] * at[2]
+        from_branch = at[0] * at[0] + at[2] * at[2]
+        return (at[1] > 0.0) & (from_run < A * A) & (from_branch < B * B)
+
+    def gap_and_normal(self, x, at, centre, run, branch, A, B, fillet, opposite):
+        """Return the signed gap [m] of a point x in both enlarged bores, and the unit normal."""
+        way = at - self.nearest(at, A, B, opposite)
+        distance = self.norm(way)
+        way = way / distance
+        arm = x - centre
+        xi = self.dot(arm, run)
+        rest = arm - xi * run - at[1] * branch
+        normal = way[1] * branch + way[2] / self.maximum(at[2], 1e-12) * rest
+        normal = normal + self.where(xi < 0.0, -way[0], way[0]) * run
+        return distance - fillet, normal
+
+    def nearest(self, at, A, B, opposite):
+        """Return the point p of C nearest to a point."""
+        xi, eta, zeta = at[0], at[1], at[2]
+        from_run, from_branch = self.sqrt(eta * eta + zeta * zeta), self.sqrt(xi * xi + zeta * zeta)
+        by_run, by_branch = A / self.maximum(from_run, 1e-12), B / self.maximum(from_branch, 1e-12)
+        p = self.where(
+            A - from_run >= B - from_branch,
+            self.vector([xi, by_run * eta, by_run * zeta]),
+            self.vector([by_branch * xi, eta, by_branch * zeta]),
+        )
+        in_run = p[1] * p[1] + p[2] * p[2] < A * A * (1.0 - 1e-14)
+        in_branch = p[0] * p[0] + p[2] * p[2] < B * B * (1.0 - 1e-14)
+        is_on_edge = in_run | in_branch
+        if self.any(is_on_edge):
+            p = self.where(is_on_edge, self.edge(self.edge_angle(at, A, B), A, B), p)
+        is_opposite = eta - opposite < self.norm(at - p)
+        return self.where(is_opposite, self.vector([xi, opposite + 0.0 * xi, zeta]), p)
+
+    def edge(self, theta, A, B):
+        """Return the point p [m] of the edge at an angle theta about the branch."""
+        sine = self.sin(theta)
+        return self.vector([B * self.cos(theta), self.edge_height(sine, A, B), B * sine])
+
+    def edge_height(self, sine, A, B):
+        """Return eta [m] of the edge; its square must not be negative by round-off."""
+        return self.sqrt(self.maximum(A * A - B * B * sine * sine, 0.0))
+
+    def edge_angle(self, at, A, B):
+        """Return theta of the nearest point of the edge.
+
+        Newton's method, kept in an interval that shrinks.
+        """
+        xi, eta, zeta = at[0], at[1], at[2]
+        theta = 0.0 * xi
+        if ti.static(self.dimension == 3):
+            low, high = 0.0 * xi, 0.0 * xi + RIGHT_ANGLE
+            theta = self.atan2(zeta, xi)
+            for _ in range(MOST_STEPS):
+                sine, cosine = self.sin(theta), self.cos(theta)
+                height = self.maximum(self.edge_height(sine, A, B), 1e-30)
+                # Both over B: half the derivative of |x - p|^2, and the derivative of that.
+                lift = B * (eta * cosine / height - cosine)
+                slope = xi * sine - zeta * cosine + sine * lift
+                bend = xi * cosine + zeta * sine + cosine * lift
+                bend = bend + B * sine * sine * (1.0 - eta * (A * A - B * B) / height**3)
+                low = self.where(slope > 0.0, low, theta)
+                high = self.where(slope > 0.0, theta, high)
+                newton = theta - slope / self.where(bend > 0.0, bend, 1.0)
+                is_good = (bend > 0.0) & (newton >= low) & (newton <= high)
+                following = self.where(is_good, newton, 0.5 * (low + high))
+                step = abs(following - theta)
+                theta = following
+                if self.all(step < LEAST_STEP):
+                    break
         return theta
+
+
+@ti.data_oriented  # an argument of functions in kernels
+class KernelEdgeFormulas(KernelVectors):
+    """Formulas of rounded edges in kernels."""
+
+    def __init__(self, dimension: int) -> None:
+        self.dimension = dimension
+
+    coordinates = ti.func(EdgeFormulas.coordinates)
+    is_between = ti.func(EdgeFormulas.is_between)
+    gap_and_normal = ti.func(EdgeFormulas.gap_and_normal)
+    nearest = ti.func(EdgeFormulas.nearest)
+    edge = ti.func(EdgeFormulas.edge)
+    edge_height = ti.func(EdgeFormulas.edge_height)
+    edge_angle = ti.func(EdgeFormulas.edge_angle)
 
 
 class RoundedEdges:
@@ -176,7 +227,7 @@ class RoundedEdges:
     """
 
     def __init__(self, walls: Sequence[Sequence[Junction]], dimension: int) -> None:
-        self.dimension = dimension
+        self.formulas = KernelEdgeFormulas(dimension)
         self.count = index_field(np.array([len(js) for js in walls]))
         self.centre, self.run, self.branch = (
             vector_field(padded([np.array([getattr(j, name) for j in js]).reshape(-1, dimension)
@@ -194,87 +245,17 @@ class RoundedEdges:
     @ti.func
     def coordinates(self, s, j, x):
         """Return |xi|, eta and |zeta| [m] of a point x."""
-        arm = x - self.centre[s, j]
-        xi, eta = arm.dot(self.run[s, j]), arm.dot(self.branch[s, j])
-        rest = arm - xi * self.run[s, j] - eta * self.branch[s, j]
-        return ti.Vector([ti.abs(xi), eta, rest.norm()], dt=backend.real)
+        return self.formulas.coordinates(x, self.centre[s, j], self.run[s, j], self.branch[s, j])
 
     @ti.func
     def holds(self, s, j, at):
         """Return True if the point with the coordinates `at` lies in both enlarged bores."""
-        A, B = self.enlarged[s, j][0], self.enlarged[s, j][1]
-        from_run = at[1] * at[1] + at[2] * at[2]
-        from_branch = at[0] * at[0] + at[2] * at[2]
-        return at[1] > 0.0 and from_run < A * A and from_branch < B * B
+        return self.formulas.is_between(at, self.enlarged[s, j][0], self.enlarged[s, j][1])
 
     @ti.func
     def gap_and_normal(self, s, j, x, at):
         """Return the signed gap [m] of a point x in both enlarged bores, and the unit normal."""
-        way = at - self.nearest(s, j, at)
-        distance = way.norm()
-        way /= distance
-        arm = x - self.centre[s, j]
-        run, branch = self.run[s, j], self.branch[s, j]
-        xi = arm.dot(run)
-        rest = arm - xi * run - at[1] * branch
-        normal = way[1] * branch + way[2] / ti.max(at[2], 1e-12) * rest
-        normal += ti.select(xi < 0.0, -way[0], way[0]) * run
-        return distance - self.fillet[s, j], normal
-
-    @ti.func
-    def nearest(self, s, j, at):
-        """Return the point of C nearest to the coordinates `at`."""
-        A, B = self.enlarged[s, j][0], self.enlarged[s, j][1]
-        from_run = ti.sqrt(at[1] * at[1] + at[2] * at[2])
-        from_branch = ti.sqrt(at[0] * at[0] + at[2] * at[2])
-        p = at
-        if A - from_run >= B - from_branch:
-            outwards = A / ti.max(from_run, 1e-12)
-            p[1], p[2] = outwards * at[1], outwards * at[2]
-        else:
-            outwards = B / ti.max(from_branch, 1e-12)
-            p[0], p[2] = outwards * at[0], outwards * at[2]
-        in_run = p[1] * p[1] + p[2] * p[2] < A * A * (1.0 - 1e-14)
-        in_branch = p[0] * p[0] + p[2] * p[2] < B * B * (1.0 - 1e-14)
-        if in_run or in_branch:
-            theta = self.edge_angle(A, B, at)
-            sine = ti.sin(theta)
-            p[0], p[1], p[2] = B * ti.cos(theta), self.edge_height(A, B, sine), B * sine
-        if at[1] - self.opposite[s, j] < (at - p).norm():
-            p[0], p[1], p[2] = at[0], self.opposite[s, j], at[2]
-        return p
-
-    @ti.func
-    def edge_angle(self, A, B, at):
-        """Return theta of the nearest point of the edge.
-
-        Newton's method, kept in an interval that shrinks.
-        """
-        theta = ti.cast(0.0, backend.real)
-        if ti.static(self.dimension == 3):
-            low, high = ti.cast(0.0, backend.real), ti.cast(RIGHT_ANGLE, backend.real)
-            theta = ti.atan2(at[2], at[0])
-            for _ in range(MOST_STEPS):
-                sine, cosine = ti.sin(theta), ti.cos(theta)
-                height = ti.max(self.edge_height(A, B, sine), 1e-30)
-                lift = B * (at[1] * cosine / height - cosine)
-                slope = at[0] * sine - at[2] * cosine + sine * lift
-                bend = at[0] * cosine + at[2] * sine + cosine * lift
-                bend += B * sine * sine * (1.0 - at[1] * (A * A - B * B) / (height**3))
-                if slope > 0.0:
-                    high = theta
-                else:
-                    low = theta
-                following = theta - slope / bend
-                if not (bend > 0.0 and following >= low and following <= high):
-                    following = 0.5 * (low + high)
-                step = ti.abs(following - theta)
-                theta = following
-                if step < LEAST_STEP:
-                    break
-        return theta
-
-    @ti.func
-    def edge_height(self, A, B, sine):
-        """Return eta [m] of the edge; its square must not be negative by round-off."""
-        return ti.sqrt(ti.max(A * A - B * B * sine * sine, 0.0))
+        return self.formulas.gap_and_normal(
+            x, at, self.centre[s, j], self.run[s, j], self.branch[s, j], self.enlarged[s, j][0],
+            self.enlarged[s, j][1], self.fillet[s, j], self.opposite[s, j],
+        )  # fmt: skip

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from softsim.compute import backend
 from softsim.compute.fields import index_field, padded, real_field, vector_field
 from softsim.compute.term import PerScenario
+from softsim.compute.vectors import KERNEL
 from softsim.contact.junction import Junction, RoundedEdges
-from softsim.contact.pipe_path import BEND, FACE, PipePath, Segment
+from softsim.contact.pipe_path import PipePath, Segment, Tables, bore_gap, piece_distance
 from softsim.contact.wall import Obstacle, Wall
 
 # -------------------------------------------------------------------------------------------------
@@ -50,7 +50,8 @@ class NetworkObstacle(Obstacle):
     count = 1
 
     def __init__(self, walls: Sequence["PipeNetwork"], places: np.ndarray) -> None:
-        tables = [[Tables(branch.bore) for branch in wall.branches] for wall in walls]
+        self.bore_gap, self.piece_distance = ti.func(bore_gap), ti.func(piece_distance)
+        tables = [[branch.bore.tables for branch in wall.branches] for wall in walls]
         self.origin = vector_field(padded([joined(ts, "origin") for ts in tables]))
         self.direction = vector_field(padded([joined(ts, "direction") for ts in tables]))
         self.bend_radius = real_field(padded([joined(ts, "bend_radius") for ts in tables]))
@@ -156,101 +157,25 @@ class NetworkObstacle(Obstacle):
 
         x is beside segment k of the bore; the depth is negative outside the bore.
         """
-        arm = x - self.origin[s, k]
-        direction = self.direction[s, k]
-        a = arm.dot(direction)
-        across = arm - a * direction
-        if self.bend_radius[s, k] > 0.0:
-            across = arm - self.bend_radius[s, k] / ti.max(across.norm(), 1e-12) * across
-        distance = across.norm()
-        # Of a cone this is its distance straight across, which is more than that of its piece.
-        gap = self.radius[s, k] + self.slope[s, k] * a - distance
-        normal = -across / ti.max(distance, 1e-12)
+        gap, normal = self.bore_gap(
+            x, self.origin[s, k], self.direction[s, k], self.bend_radius[s, k], self.radius[s, k],
+            self.slope[s, k], KERNEL,
+        )  # fmt: skip
         side = ti.math.sign(gap)
         for p in range(self.first_piece[s, k], self.first_piece[s, k + 1]):
-            other, n = self.distance_and_normal(s, p, x, side)
+            j = self.piece_joint[s, p]
+            other, n = self.piece_distance(
+                x, self.joint_point[s, j], self.joint_tangent[s, j], self.piece_ends[s, p],
+                self.piece_normal[s, p], side, KERNEL,
+            )  # fmt: skip
             if other < side * gap:
                 gap, normal = side * other, n
         return gap, normal
-
-    @ti.func
-    def distance_and_normal(self, s, p, x, side):
-        """Return the distance [m] of a point x from a piece of the wall, and the piece's normal.
-
-        For a point beyond an end of the piece the normal is along the line between them; side: 1 in
-        free space, -1 in the wall.
-        """
-        j, ends, n = self.piece_joint[s, p], self.piece_ends[s, p], self.piece_normal[s, p]
-        arm = x - self.joint_point[s, j]
-        tangent = self.joint_tangent[s, j]
-        along = arm.dot(tangent)
-        across = arm - along * tangent
-        rho = across.norm()
-        place = ti.Vector([along, rho], dt=backend.real)
-        first, last = ti.Vector([ends[0], ends[1]]), ti.Vector([ends[2], ends[3]])
-        way = last - first
-        share = (place - first).dot(way) / way.dot(way)
-        distance = ti.abs((place - first).dot(n))
-        if share < 0.0 or share > 1.0:
-            corner = first
-            if share > 1.0:
-                corner = last
-            distance = (place - corner).norm()
-            n = side * (place - corner) / ti.max(distance, 1e-12)
-        return distance, n[0] * tangent + n[1] / ti.max(rho, 1e-12) * across
-
-
-class Tables:
-    """Data of each segment of a bore for the kernels, in numpy: arrays (segments + 2, ...)."""
-
-    def __init__(self, wall: "PipePath") -> None:
-        self.bore, self.pieces = wall, wall.pieces
-        first, last = wall.joints[0], wall.joints[-1]
-        segments = wall.segments
-        dimension = len(first.point)
-        bends = [s.kind == BEND for s in segments]
-        middles = [s.axis_place(np.array([0.5 * s.length])) for s in segments]
-        origins = [s.centre if bent else s.point for s, bent in zip(segments, bends, strict=True)]
-        directions = [
-            across_bend(s.tangent, s.side) if bent else s.tangent
-            for s, bent in zip(segments, bends, strict=True)
-        ]
-        outside = wall.radii_beyond
-        self.origin = np.array([first.point, *origins, last.point])
-        self.direction = np.array([first.tangent, *directions, last.tangent])
-        self.bend_radius = np.array(
-            [0.0, *np.where(bends, [s.bend_radius for s in segments], 0.0), 0.0]
-        )
-        self.radius = np.array([outside[0], *(s.radii[0] for s in segments), outside[1]])
-        self.slope = np.array([0.0, *(s.slope for s in segments), 0.0])
-        # The spaces before and beyond have one end only: their middle is far away.
-        self.middle = np.array(
-            [
-                first.point - FACE * first.tangent,
-                *(place[0] for place, _ in middles),
-                last.point + FACE * last.tangent,
-            ]
-        ).reshape(-1, dimension)
-        self.half_way = np.array(
-            [first.tangent, *(tangent[0] for _, tangent in middles), last.tangent]
-        )
-        # There is no joint after the space beyond the end: nothing asks for it.
-        self.joint_point = np.array([*(joint.point for joint in wall.joints), last.point])
-        self.joint_tangent = np.array([*(joint.tangent for joint in wall.joints), last.tangent])
-
-    def beside(self, places: np.ndarray) -> np.ndarray:
-        """Return the segments (k,) that points (k, d) are beside."""
-        return self.bore.beside(*self.bore.coordinates(places)[:2])
 
 
 def joined(tables: Sequence[Tables], name: str) -> np.ndarray:
     """Return an array of several bores as one."""
     return np.concatenate([getattr(table, name) for table in tables])
-
-
-def across_bend(tangent: np.ndarray, side: np.ndarray) -> np.ndarray:
-    """Return the axis (d,) about which a bend turns; zero in the plane, which has none."""
-    return np.cross(tangent, side) if len(tangent) == 3 else np.zeros(2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,8 @@ from functools import cached_property
 
 import numpy as np
 
+from softsim.compute.vectors import NUMPY
+
 # -------------------------------------------------------------------------------------------------
 # Segment of a pipe along a path: its centre line and its radius.
 
@@ -139,12 +141,45 @@ class Piece:
         normal = np.array([np.sign(after - before), 0.0])
         return cls(joint, np.array([[a, before], [a, after]]), normal)
 
-    def distance(self, at: np.ndarray) -> np.ndarray:
-        """Return the distance (n,) [m] of points at (n, 2)."""
-        way = self.ends[1] - self.ends[0]
-        arm = at - self.ends[0]
-        share = np.clip(arm @ way / (way @ way), 0.0, 1.0)
-        return np.asarray(np.linalg.norm(arm - share[:, None] * way, axis=1))
+
+def bore_gap(x, origin, direction, bend_radius, radius, slope, m):
+    """Return the signed gap [m] of x to the wall of the segment beside it, and the unit normal.
+
+    See `Tables`. The gap to a cone is that straight across, which is more than that of its piece.
+    """
+    arm = x - origin
+    a = m.dot(arm, direction)
+    across = arm - a * direction
+    is_bent = bend_radius > 0.0
+    if m.any(is_bent):
+        from_axis = arm - bend_radius / m.maximum(m.norm(across), 1e-12) * across
+        across = m.where(is_bent, from_axis, across)
+    distance = m.norm(across)
+    return radius + slope * a - distance, -across / m.maximum(distance, 1e-12)
+
+
+def piece_distance(x, point, tangent, ends, normal, side, m):
+    """Return the distance [m] of x from a piece of the wall, and the unit normal.
+
+    For x beyond an end of the piece the normal is along the line between them. point, tangent:
+    those of its joint. ends (4): a, rho, a, rho [m]. side: 1 in free space, -1 in the wall.
+    """
+    arm = x - point
+    along = m.dot(arm, tangent)
+    across = arm - along * tangent
+    rho = m.norm(across)
+    place = m.vector([along, rho])
+    first, last = m.vector([ends[0], ends[1]]), m.vector([ends[2], ends[3]])
+    way = last - first
+    fraction = m.dot(place - first, way) / m.dot(way, way)
+    distance, n = abs(m.dot(place - first, normal)), normal
+    is_beyond = (fraction < 0.0) | (fraction > 1.0)
+    if m.any(is_beyond):
+        from_end = place - m.where(fraction > 1.0, last, first)
+        size = m.norm(from_end)
+        distance = m.where(is_beyond, size, distance)
+        n = m.where(is_beyond, side * from_end / m.maximum(size, 1e-12), n)
+    return distance, n[0] * tangent + n[1] / m.maximum(rho, 1e-12) * across
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,35 +317,29 @@ class PipePath:
         nearest, along, _ = self.coordinates(x)
         return np.array([s.start for s in self.segments])[nearest] + along
 
+    @cached_property
+    def tables(self) -> "Tables":
+        """Data of each segment as arrays."""
+        return Tables(self)
+
     def gap(self, x: np.ndarray) -> np.ndarray:
         """Return the signed gap (n,) [m] of points x (n, d), negative in the wall."""
-        nearest, along, distance = self.coordinates(x)
-        beside = self.beside(nearest, along)
-        result = np.zeros(len(x))
+        t = self.tables
+        k = t.beside(x)
+        gap, _ = bore_gap(
+            x.T, t.origin[k].T, t.direction[k].T, t.bend_radius[k], t.radius[k], t.slope[k], NUMPY
+        )
         for number, pieces in enumerate(self.pieces):
-            here = np.flatnonzero(beside == number)
-            radius, to_wall = self._own_wall(number, along[here], distance[here])
+            here = np.flatnonzero(k == number)
+            side = np.sign(gap[here])
             for piece in pieces:
-                at = self.joints[piece.joint].coordinates(x[here])
-                to_wall = np.minimum(to_wall, piece.distance(at))
-            result[here] = np.where(distance[here] < radius, to_wall, -to_wall)
-        return result
-
-    def _own_wall(
-        self, number: int, along: np.ndarray, distance: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the radius (n,) [m] of the free space, and the distance (n,) [m] from its wall.
-
-        The radius is negative where there is no free space; the distance is infinite where the wall
-        is one of the pieces.
-        """
-        count, nowhere = len(self.segments), np.full(len(along), np.inf)
-        if number in (0, count + 1):
-            radius = np.full(len(along), self.radii_beyond[number > 0])
-            return radius, np.abs(radius - distance) if self.goes_on else nowhere
-        segment = self.segments[number - 1]
-        radius = segment.radius(along)
-        return radius, nowhere if segment.kind == TAPER else np.abs(radius - distance)
+                joint = self.joints[piece.joint]
+                other, _ = piece_distance(
+                    x[here].T, joint.point[:, None], joint.tangent[:, None],
+                    piece.ends.reshape(4, 1), piece.normal[:, None], side, NUMPY,
+                )  # fmt: skip
+                gap[here] = side * np.minimum(other, side * gap[here])
+        return np.asarray(gap)
 
     def axis_place(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return points (n, d) [m] and tangents (n, d) of the centre line at arc lengths s (n,).
@@ -330,6 +359,57 @@ class PipePath:
         """Return the segment at the arc length s [m]; the first and last extend beyond the ends."""
         starts = [segment.start for segment in self.segments]
         return self.segments[max(0, int(np.searchsorted(starts, s, side="right")) - 1)]
+
+
+class Tables:
+    """Data of each segment of a path as arrays (segments + 2, ...).
+
+    The first and last are those of the spaces before its start and beyond its end.
+    """
+
+    def __init__(self, wall: PipePath) -> None:
+        self.bore, self.pieces = wall, wall.pieces
+        first, last = wall.joints[0], wall.joints[-1]
+        segments = wall.segments
+        dimension = len(first.point)
+        bends = [s.kind == BEND for s in segments]
+        middles = [s.axis_place(np.array([0.5 * s.length])) for s in segments]
+        origins = [s.centre if bent else s.point for s, bent in zip(segments, bends, strict=True)]
+        directions = [
+            across_bend(s.tangent, s.side) if bent else s.tangent
+            for s, bent in zip(segments, bends, strict=True)
+        ]
+        outside = wall.radii_beyond
+        self.origin = np.array([first.point, *origins, last.point])
+        self.direction = np.array([first.tangent, *directions, last.tangent])
+        self.bend_radius = np.array(
+            [0.0, *np.where(bends, [s.bend_radius for s in segments], 0.0), 0.0]
+        )
+        self.radius = np.array([outside[0], *(s.radii[0] for s in segments), outside[1]])
+        self.slope = np.array([0.0, *(s.slope for s in segments), 0.0])
+        # The spaces before and beyond have one end only: their middle is far away.
+        self.middle = np.array(
+            [
+                first.point - FACE * first.tangent,
+                *(place[0] for place, _ in middles),
+                last.point + FACE * last.tangent,
+            ]
+        ).reshape(-1, dimension)
+        self.half_way = np.array(
+            [first.tangent, *(tangent[0] for _, tangent in middles), last.tangent]
+        )
+        # There is no joint after the space beyond the end: nothing asks for it.
+        self.joint_point = np.array([*(joint.point for joint in wall.joints), last.point])
+        self.joint_tangent = np.array([*(joint.tangent for joint in wall.joints), last.tangent])
+
+    def beside(self, places: np.ndarray) -> np.ndarray:
+        """Return the segments (k,) that points (k, d) are beside."""
+        return self.bore.beside(*self.bore.coordinates(places)[:2])
+
+
+def across_bend(tangent: np.ndarray, side: np.ndarray) -> np.ndarray:
+    """Return the axis (d,) about which a bend turns; zero in the plane, which has none."""
+    return np.cross(tangent, side) if len(tangent) == 3 else np.zeros(2)
 
 
 # -------------------------------------------------------------------------------------------------

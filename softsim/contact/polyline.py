@@ -1,4 +1,4 @@
-"""Polylines in the plane, free on one side: exact signed distances, and checks of a polyline.
+"""Polylines in the plane, free on one side, and their exact signed distances.
 
 The free side is on the left in the direction of the points. A polyline that is not closed continues
 straight beyond its ends, to infinity.
@@ -8,7 +8,7 @@ there: an edge's own inside it, at a corner the sum of both (Baerentzen and Aana
 Comput. Graph. 11 (2005) 243, in the plane). It is right whichever of two edges that meet is taken.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,13 +18,8 @@ import taichi as ti
 from softsim.compute import backend
 from softsim.compute.fields import index_field, lengthened, real_field, vector_field
 from softsim.compute.term import PerScenario
+from softsim.compute.vectors import KERNEL, NUMPY
 from softsim.contact.wall import Obstacle, Wall
-from softsim.errors import MeshError
-from softsim.mesh.reading import read_points
-from softsim.scene.names import Names
-from softsim.scene.quantities import Point
-from softsim.scene.text import Keys
-from softsim.scene.walls import PolylineWallSpec
 
 PAIRS = 2**18
 """Number of pairs of a point and an edge that are computed together: some 50 MB."""
@@ -115,7 +110,7 @@ class Polyline:
         """
         before = np.roll(self.directions, 1, axis=0)
         along = (before * self.directions).sum(axis=1)
-        turns = np.arctan2(_cross(before, self.directions), along)
+        turns = np.arctan2(cross(before, self.directions), along)
         if not self.closed:
             turns[0] = 0.0
         return turns
@@ -131,136 +126,74 @@ class Polyline:
             own = slice(k, k + part)
             inwards = -self.normals[own, None]
             to_start = self.starts - (self.starts + 0.5 * self.ways)[own, None]
-            turn = _cross(inwards, self.ways)
+            turn = cross(inwards, self.ways)
             with np.errstate(divide="ignore", invalid="ignore"):
-                way = _cross(to_start, self.ways) / turn
-                share = _cross(to_start, inwards) / turn
+                way = cross(to_start, self.ways) / turn
+                share = cross(to_start, inwards) / turn
             hit = (turn < 0.0) & (way > 0.0) & (share >= 0.0) & (share <= 1.0)
             shortest = min(shortest, float(way[hit].min(initial=np.inf)))
         return shortest
 
     def distances(self, x: np.ndarray) -> np.ndarray:
         """Return the distances (k, m) [m] of points x (k, 2) to all edges."""
-        return np.linalg.norm(self._arms(x)[0], axis=2)
+        return np.asarray(NUMPY.norm(self._feet(x)[2]))
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
         """Return the signed distances (k,) [m] of points x (k, 2), negative in the solid."""
         part = max(1, PAIRS // len(self.starts))
-        parts = [self._gaps(x[k : k + part]) for k in range(0, len(x), part)]
+        parts = (self._gaps(x[k : k + part]) for k in range(0, len(x), part))
         return np.concatenate([np.zeros(0), *parts])
 
     def _gaps(self, x: np.ndarray) -> np.ndarray:
         """Return the result of `gaps` for points that are computed together."""
-        arms, along = self._arms(x)
-        edge, one = np.linalg.norm(arms, axis=2).argmin(axis=1), np.arange(len(x))
-        arm, along, spans = arms[one, edge], along[one, edge], self.spans[edge]
-        at_corner = along[:, None] == spans
-        side = np.where(at_corner[:, :1], self.corner_normals[edge, 0], self.normals[edge])
-        side = np.where(at_corner[:, 1:], self.corner_normals[edge, 1], side)
-        distance = np.linalg.norm(arm, axis=1)
-        found = np.where((arm * side).sum(axis=1) < 0.0, -distance, distance)
-        height = ((x - self.starts[edge]) * self.normals[edge]).sum(axis=1)
-        return np.where(at_corner.any(axis=1), found, height)
+        arm, along, apart = self._feet(x)
+        edge, one = NUMPY.norm(apart).argmin(axis=1), np.arange(len(x))
+        begin, end = self.spans[edge].T
+        first_normal, last_normal = self.corner_normals[edge].transpose(1, 2, 0)
+        gap, _ = gap_and_normal(
+            arm[:, one, edge], along[one, edge], apart[:, one, edge], begin, end,
+            self.normals[edge].T, first_normal, last_normal, NUMPY,
+        )  # fmt: skip
+        return np.asarray(gap)
 
-    def _arms(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the vectors from the nearest point of each edge to points x (k, 2): (k, m, 2) [m].
+    def _feet(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the vectors from the start of each edge to points x (k, 2): (2, k, m) [m].
 
-        Also return the positions of these points along the edges (k, m) [m].
+        Also return the positions (k, m) [m] along the edges of their nearest points, and the
+        vectors (2, k, m) [m] from there.
         """
-        from_start = x[:, None] - self.starts
-        along = np.clip((from_start * self.directions).sum(axis=2), *self.spans.T)
-        return from_start - along[..., None] * self.directions, along
+        (begin, end), arm = self.spans.T, x.T[:, :, None] - self.starts.T[:, None]
+        return arm, *nearest_on_edge(arm, self.directions.T[:, None], begin, end, NUMPY)
 
 
-def checked_polyline(points: np.ndarray, closed: bool) -> Polyline:
-    """Return the polyline along points (n, 2) [m] after checks.
+def nearest_on_edge(arm, direction, begin, end, m):
+    """Return the position [m] along an edge of the point nearest to x, and the vector to x.
 
-    The last point of a closed one may repeat the first. Raises MeshError if there are too few
-    points, two neighbours are the same, an edge folds back on the one before it, or edges cross or
-    touch, including the straight continuations of an open one.
+    arm: vector to x from the point of the edge at 0. begin, end: positions of its ends [m].
     """
-    if closed and len(points) > 1 and np.array_equal(points[0], points[-1]):
-        points = points[:-1]
-    least = 3 if closed else 2
-    if len(points) < least:
-        raise MeshError(
-            f"a polyline of {len(points)} different points: at least {least} are needed",
-            hint="list its points in order, with the free side on the left",
-        )
-    polyline = Polyline(points, closed)
-    alike = np.flatnonzero((polyline.ways == 0.0).all(axis=1))
-    if len(alike):
-        raise MeshError(
-            f"points {alike[0]} and {(alike[0] + 1) % len(points)} (counted from 0) are the same",
-            hint="leave one of them out",
-        )
-    size = np.ptp(points, axis=0).max()
-    crossing = first_crossing(polyline.prolonged(1e3 * size))
-    if crossing is not None:
-        one, other, place = crossing
-        where = " (extended straight beyond the ends)" if not closed else ""
-        raise MeshError(
-            f"the polyline crosses itself: edges {one} and {other}{where}, counted from 0, at "
-            f"({place[0] * 1e3:.6g}, {place[1] * 1e3:.6g}) mm",
-            hint="a wall has a free and a solid side: it must not cross, touch or fold back on "
-            "itself",
-        )
-    return polyline
+    along = m.minimum(m.maximum(m.dot(arm, direction), begin), end)
+    return along, arm - along * direction
 
 
-def first_crossing(polyline: Polyline) -> tuple[int, int, np.ndarray] | None:
-    """Return two edges of a polyline with a common point, and that point (2,) [m]; or None.
+def gap_and_normal(arm, along, apart, begin, end, normal, first_normal, last_normal, m):
+    """Return the signed gap [m] of x to its nearest edge, and the gradient.
 
-    The common corner of neighbours does not count.
+    arm, begin, end: as above. along, apart: position of the nearest point and vector from there.
+    normal: that of the edge. first_normal, last_normal: those of its corners.
     """
-    low, high = polyline.boxes()
-    count = len(low)
-    order = np.argsort(low[:, 0], kind="stable")
-    # Edges whose ranges of x overlap: in order of their beginnings, those up to the own end.
-    last = np.searchsorted(low[order, 0], high[order, 0], side="right")
-    for k in range(count):
-        one, others = order[k], order[k + 1 : last[k]]
-        others = others[(low[others, 1] <= high[one, 1]) & (high[others, 1] >= low[one, 1])]
-        for other in others[_meet(polyline, one, others)]:
-            i, j = sorted((int(one), int(other)))
-            return i, j, _meeting_place(polyline, i, j)
-    return None
+    gap, n = m.dot(arm, normal), normal
+    at_corner = (along == begin) | (along == end)
+    if m.any(at_corner):
+        side = m.where(along == begin, first_normal, last_normal)
+        distance = m.norm(apart)
+        signed = m.where(m.dot(apart, side) < 0.0, -distance, distance)
+        away = apart / m.where(distance > 0.0, signed, 1.0)
+        gap = m.where(at_corner, signed, gap)
+        n = m.where(at_corner, m.where(distance > 0.0, away, side / m.norm(side)), n)
+    return gap, n
 
 
-def _meet(polyline: Polyline, one: int, others: np.ndarray) -> np.ndarray:
-    """Return a mask of the edges `others` (k,) that meet edge `one`.
-
-    Neighbours count only where they fold back.
-    """
-    starts, ways, count = polyline.starts, polyline.ways, len(polyline.starts)
-    a, b = starts[one], starts[one] + ways[one]
-    c, d = starts[others], starts[others] + ways[others]
-    across = np.sign(_cross(ways[one], c - a)) * np.sign(_cross(ways[one], d - a)) <= 0.0
-    across &= np.sign(_cross(ways[others], a - c)) * np.sign(_cross(ways[others], b - c)) <= 0.0
-    step = others - one
-    if polyline.closed:
-        neighbours = (step % count == 1) | (step % count == count - 1)
-    else:
-        neighbours = np.abs(step) == 1
-    along = (polyline.directions[others] * polyline.directions[one]).sum(axis=1)
-    folded = along < -1.0 + 1e-12
-    return np.where(neighbours, folded, across)
-
-
-def _meeting_place(polyline: Polyline, one: int, other: int) -> np.ndarray:
-    """Return the common point (2,) [m] of two edges; of two on one line, a corner on both."""
-    starts, ways = polyline.starts, polyline.ways
-    a, way, c = starts[one], ways[one], starts[other]
-    turn = float(_cross(way, ways[other]))
-    if turn != 0.0:
-        return np.asarray(a + way * _cross(c - a, ways[other]) / turn)
-    for corner in (c, c + ways[other]):
-        if 0.0 <= (corner - a) @ way <= way @ way:
-            return corner
-    return a
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the out-of-plane component of a x b, vectors (..., 2)."""
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
@@ -356,10 +289,11 @@ class PolylineObstacle(Obstacle):
 
     def __init__(self, walls: Sequence["PolylineWall"], nodes: int) -> None:
         """Build the fields of the obstacle; `nodes`: number of contact nodes."""
+        formulas = nearest_on_edge, gap_and_normal
+        self.nearest_on_edge, self.edge_gap_and_normal = map(ti.func, formulas)
         self.dimension = walls[0].dimension
         kept, number = different([w.polyline for w in walls])
-        lines = [walls[number.index(k)] for k in range(len(kept))]
-        cells = [wall.cells for wall in lines]
+        cells = [walls[number.index(k)].cells for k in range(len(kept))]
         self.line = index_field(np.array(number))
         self.origin = vector_field(np.stack([c.origin for c in cells]))
         self.size = real_field(np.array([c.size for c in cells]))
@@ -441,8 +375,7 @@ class PolylineObstacle(Obstacle):
         that of the nearest point of their boundary, enlarged in magnitude by the distance to it, or
         that to an end line of the polyline where that is nearer.
         """
-        line = self.line[s]
-        q = ti.Vector([x[0], x[1]])
+        line, q = self.line[s], ti.Vector([x[0], x[1]])
         number, rim, beyond = self._cell(s, x)
         place = q
         if beyond > 0.0:
@@ -463,27 +396,20 @@ class PolylineObstacle(Obstacle):
     def _nearest(self, first, end, q):
         """Return the gap [m] to the nearest edge in these list entries, and its gradient."""
         e, along = self.edge[first], ti.cast(0.0, backend.real)
-        least = ti.cast(ENDLESS, backend.real)
+        least, apart = ti.cast(ENDLESS, backend.real), q
         for k in range(first, end):
             one = self.edge[k]
-            arm = q - self.start[one]
-            t = ti.min(ti.max(arm.dot(self.direction[one]), self.begins_at[one]), self.ends_at[one])
-            square = (arm - t * self.direction[one]).norm_sqr()
+            t, arm = self.nearest_on_edge(
+                q - self.start[one], self.direction[one], self.begins_at[one], self.ends_at[one],
+                KERNEL,
+            )  # fmt: skip
+            square = arm.norm_sqr()
             if square < least:
-                e, along, least = one, t, square
-        arm = q - self.start[e]
-        n = self.normal[e]
-        gap = arm.dot(n)
-        if along == self.begins_at[e] or along == self.ends_at[e]:
-            side = self.last_normal[e]
-            if along == self.begins_at[e]:
-                side = self.first_normal[e]
-            arm -= along * self.direction[e]
-            gap = ti.select(arm.dot(side) < 0.0, -arm.norm(), arm.norm())
-            n = side.normalized()
-            if gap != 0.0:
-                n = arm / gap
-        return gap, n
+                e, along, apart, least = one, t, arm, square
+        return self.edge_gap_and_normal(
+            q - self.start[e], along, apart, self.begins_at[e], self.ends_at[e], self.normal[e],
+            self.first_normal[e], self.last_normal[e], KERNEL,
+        )  # fmt: skip
 
 
 def different(lines: Sequence[Polyline]) -> tuple[list[Polyline], list[int]]:
@@ -572,52 +498,3 @@ class PolylineWall(Wall):
         corners = edges[:, [0, 0, 1, 1]]
         depth = np.broadcast_to(np.array(self.across)[[0, 1, 1, 0]], corners.shape[:2])
         return {"wall_faces": np.concatenate([corners, depth[..., None]], axis=2)}
-
-
-# -------------------------------------------------------------------------------------------------
-# Polylines of a scene, in a section or the same at every z.
-
-
-DRAWN_BESIDE = 0.25
-"""Width of a drawn wall in space beyond each side of the bodies, relative to their width."""
-
-
-def polyline_walls(names: Names, motions: Collection[str]) -> list[PolylineWall]:
-    """Return the polyline walls of a scene."""
-    return [polyline_wall(names, *named) for named in names.walls(PolylineWallSpec).items()]
-
-
-def polyline_wall(names: Names, name: str, wall: PolylineWallSpec) -> PolylineWall:
-    """Return one polyline wall, with its points from the scene or from a file."""
-    keys = ("environment", "walls", name)
-    source = "points" if wall.file is None else "file"
-    try:
-        if wall.points is not None:
-            places = [in_plane(names, p, (*keys, source, k)) for k, p in enumerate(wall.points)]
-            points = np.array(places).reshape(-1, 2)
-        else:
-            points = read_points(names.loaded.resolve_file((*keys, source)), wall.length_unit)
-        return placed_wall(names, name, checked_polyline(points, wall.closed))
-    except MeshError as error:
-        raise names.loaded.error((*keys, source), error.message, error.hint) from None
-
-
-def placed_wall(names: Names, name: str, line: Polyline) -> PolylineWall:
-    """Return the wall `name` along a polyline; in space it is drawn wider than the bodies."""
-    if names.dimension == 2:
-        return PolylineWall(name, line, None)
-    z = np.concatenate([body.mesh.points[:, 2] for body in names.bodies.values()])
-    beside = DRAWN_BESIDE * float(np.ptp(z))
-    return PolylineWall(name, line, (float(z.min()) - beside, float(z.max()) + beside))
-
-
-def in_plane(names: Names, point: Point, keys: Keys) -> np.ndarray:
-    """Return a point (2,) [m] of a polyline."""
-    place = names.vector(point, keys)
-    if place[2:].any():
-        raise names.loaded.error(
-            keys,
-            "the wall is the same at every z, so its points have no z coordinate",
-            "leave the third coordinate out",
-        )
-    return place[:2]

@@ -35,7 +35,15 @@ from softsim.contact.deformable_surface import (
     is_farther,
     velocity_beside,
 )
-from softsim.contact.forces import BEFORE_START, Dissipation, normal_force, shear_force, slip
+from softsim.contact.forces import (
+    BEFORE_START,
+    Dissipation,
+    Penalty,
+    PenaltyFields,
+    normal_force,
+    shear_force,
+    slip,
+)
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
 
 TURNING = 0.2
@@ -53,8 +61,7 @@ class SelfContact(Dissipation):
     ----------
     surface: points (k) and facets (f). lists: which of them may touch.
     members: numbers of the nodes that get forces.
-    penalty_stiffness: k_n (k,) [N/m]. tangential_stiffness: k_t (k,) [N/m].
-    damping: c_n (k,) [N s/m]. tangential_damping: c_t (k,) [N s/m].
+    penalty: springs and dashpots of the points (k,).
     friction_coefficient: mu (scenarios, groups, groups) [-].
     adhesions: laws of adhesion in each scenario; none where nothing adheres.
 
@@ -70,10 +77,7 @@ class SelfContact(Dissipation):
         surface: DeformableSurface,
         lists: NeighbourLists,
         members: np.ndarray,
-        penalty_stiffness: np.ndarray,
-        tangential_stiffness: np.ndarray,
-        damping: np.ndarray,
-        tangential_damping: np.ndarray,
+        penalty: Penalty,
         friction_coefficient: np.ndarray,
         adhesions: Sequence[PairLaws] = (),
     ) -> None:
@@ -81,10 +85,7 @@ class SelfContact(Dissipation):
         scenarios, d = nodes.scenarios, nodes.dimension
         Dissipation.__init__(self, scenarios, int(surface.point_count))
         self.surface, self.lists, self.nodes = surface, lists, nodes
-        self.penalty_stiffness = real_field(penalty_stiffness)
-        self.tangential_stiffness = real_field(tangential_stiffness)
-        self.damping = real_field(damping)
-        self.tangential_damping = real_field(tangential_damping)
+        self.penalty = PenaltyFields(penalty)
         self.friction_coefficient = real_field(friction_coefficient)
         self.first_slot = nodes.corner_forces.reserve(members)
         points = int(surface.point_count)
@@ -212,7 +213,7 @@ class SelfContact(Dissipation):
                 adhesion.group[s, i] = other
                 adhesion.area[s, i] = whole * self._facing_area(s, i, X, f)
             # Both half passes press where one of them adheres.
-            k_n = 2.0 * portion * self.fraction[s, i] * self.penalty_stiffness[i]
+            k_n = 2.0 * portion * self.fraction[s, i] * self.penalty.k_n[i]
             law, adhering = ti.Vector.zero(backend.real, 4), ti.cast(0.0, backend.real)
             compliance = ti.cast(0.0, backend.real)
             if k_n > 0.0:
@@ -368,8 +369,8 @@ class SelfContact(Dissipation):
 
         X, V: positions and velocities of the corners of the facet.
         """
-        k_n = self.fraction[s, i] * self.phi[s, i] * self.penalty_stiffness[i]
-        c_n = self.fraction[s, i] * self.phi[s, i] * self.damping[i]
+        k_n = self.fraction[s, i] * self.phi[s, i] * self.penalty.k_n[i]
+        c_n = self.fraction[s, i] * self.phi[s, i] * self.penalty.c_n[i]
         N = normal_force(gap, rate, k_n, c_n)
         # Where the point is beside the facet, and how fast it slides over it.
         facet_normal = self.surface.shape.normal(X)
@@ -381,8 +382,8 @@ class SelfContact(Dissipation):
         inside = dt
         if gap < 0.0 and self.gap[s, i] >= 0.0 and rate * dt < gap:
             inside = gap / rate  # it crossed the surface within this increment
-        k_t = self.fraction[s, i] * self.tangential_stiffness[i]
-        damping_rate = self.fraction[s, i] * self.tangential_damping[i] / dt
+        k_t = self.fraction[s, i] * self.penalty.k_t[i]
+        damping_rate = self.fraction[s, i] * self.penalty.c_t[i] / dt
         across = self.stretch[s, i].dot(n)  # by which the tangent plane has turned away
         before = self.stretch[s, i] - across * n
         stretch = before + inside * sliding
@@ -444,7 +445,7 @@ class SelfContact(Dissipation):
     def _normal_energy(self, s, i, gap):
         """Return the energy [J] of the penalty spring and of adhesion of point i, without phi."""
         depth = ti.min(gap, 0.0)
-        energy = 0.5 * self.fraction[s, i] * self.penalty_stiffness[i] * depth * depth
+        energy = 0.5 * self.fraction[s, i] * self.penalty.k_n[i] * depth * depth
         for adhesion in ti.static(self.adhesion):
             energy += adhesion.energy(s, i, 0, gap)
         return energy
@@ -456,7 +457,7 @@ class SelfContact(Dissipation):
         # How it slid in this last increment is not known: what the spring held is rubbed off.
         before, friction = self.stretch[s, i], self.friction[s, i]
         self.book_normal(s, i, self.dashpot[s, i], 0.0, dt * rate)
-        k_t = self.fraction[s, i] * self.tangential_stiffness[i]
+        k_t = self.fraction[s, i] * self.penalty.k_t[i]
         self.book_tangential(s, i, friction, nothing, before, nothing, k_t, before)
         self.on_point[s, i], self.stretch[s, i], self.friction[s, i] = nothing, nothing, nothing
         self.facet[s, i], self.gap[s, i], self.pressing[s, i] = -1, 0.0, 0.0
@@ -518,7 +519,7 @@ class SelfContact(Dissipation):
         total = ti.cast(0.0, backend.real)
         for i in range(self.count.first(part), self.count.first(part + 1)):
             if self.facet[s, i] >= 0:
-                k_t = self.fraction[s, i] * self.tangential_stiffness[i]
+                k_t = self.fraction[s, i] * self.penalty.k_t[i]
                 total += self.phi[s, i] * self._normal_energy(s, i, self.gap[s, i])
                 total += 0.5 * k_t * self.stretch[s, i].norm_sqr()
         return total

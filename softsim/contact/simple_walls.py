@@ -1,21 +1,66 @@
-"""Flat walls: half spaces, solid behind."""
+"""Walls whose gap is one formula: half spaces, capped cylinders, straight round pipes, balls."""
 
+from abc import abstractmethod
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
 
-from softsim.compute import backend
 from softsim.compute.fields import real_field, vector_field
 from softsim.compute.term import PerScenario
+from softsim.compute.vectors import KERNEL, NUMPY
 from softsim.contact.wall import Obstacle, Wall
 from softsim.scene.names import Names
 from softsim.scene.walls import CylinderWall, PipeWall, PlaneWall, SphereWall
 
 
+class SimpleWall(Wall):
+    """Wall whose gap is a formula of numbers and vectors."""
+
+    @property
+    @abstractmethod
+    def parameters(self) -> tuple[np.ndarray, ...]:
+        """Parameters of the formula: numbers (w,) or vectors (w, d) of all surfaces."""
+
+    @staticmethod
+    @abstractmethod
+    def gap_and_normal(x, *parameters_and_m):
+        """Return the signed gap [m] of points x to a surface, and the unit normal."""
+
+    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        of_surfaces = zip(*self.parameters, strict=True)
+        return {
+            name: self.gap_and_normal(x.T, *(p[..., None] for p in parameters), NUMPY)[0]
+            for name, parameters in zip(self.names, of_surfaces, strict=True)
+        }
+
+    def obstacle(self, scenarios: Sequence["SimpleWall"], places: np.ndarray) -> "SimpleObstacle":
+        return SimpleObstacle(scenarios)
+
+
+class SimpleObstacle(Obstacle):
+    """Kernel class of a SimpleWall; one entry of `walls` a scenario."""
+
+    def __init__(self, walls: Sequence[SimpleWall]) -> None:
+        self.count, self.kind = len(walls[0].names), type(walls[0]).__name__
+        self.formula = ti.func(walls[0].gap_and_normal)
+        of_all = [np.stack(p) for p in zip(*(wall.parameters for wall in walls), strict=True)]
+        self.parameters = [real_field(p) if p.ndim == 2 else vector_field(p) for p in of_all]
+
+    @ti.func
+    def gap_and_normal(self, s, i, w, x):
+        """Return the signed gap [m] of contact node i at x to surface w, and the unit normal."""
+        parameters = [parameter[s, w] for parameter in ti.static(self.parameters)]
+        return self.formula(x, *parameters, KERNEL)
+
+
+# -------------------------------------------------------------------------------------------------
+# Half spaces, in a section half planes; solid behind.
+
+
 @dataclass(frozen=True)
-class HalfSpaces(Wall):
+class HalfSpaces(SimpleWall):
     """Half spaces, in a section half planes.
 
     surfaces: names. points (w, d) [m] on the planes. normals (w, d): unit normals into the free
@@ -30,14 +75,13 @@ class HalfSpaces(Wall):
     def names(self) -> tuple[str, ...]:
         return self.surfaces
 
-    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        return {
-            name: (x - point) @ normal
-            for name, point, normal in zip(self.names, self.points, self.normals, strict=True)
-        }
+    @property
+    def parameters(self) -> tuple[np.ndarray, ...]:
+        return self.points, self.normals
 
-    def obstacle(self, scenarios: Sequence["HalfSpaces"], places: np.ndarray) -> "FlatObstacle":
-        return FlatObstacle(scenarios)
+    @staticmethod
+    def gap_and_normal(x, point, normal, m):
+        return m.dot(x - point, normal), normal
 
     def touched_at_once(self) -> tuple[float, float]:
         """Return the bounds; of walls that face each other only one side is touched at a time."""
@@ -61,21 +105,6 @@ def facing_one_way(normals: np.ndarray) -> np.ndarray:
     return normals[(alike > opposite) | ((alike == opposite) & first)]
 
 
-class FlatObstacle(Obstacle):
-    """Half spaces (half planes in a section), solid behind; one entry of `walls` a scenario."""
-
-    def __init__(self, walls: Sequence[HalfSpaces]) -> None:
-        self.count = len(walls[0].names)
-        self.point = vector_field(np.stack([w.points for w in walls]))
-        self.normal = vector_field(np.stack([w.normals for w in walls]))
-
-    @ti.func
-    def gap_and_normal(self, s, i, w, x):
-        """Return the signed gap [m] of contact node i at x to wall w, and the unit normal."""
-        n = self.normal[s, w]
-        return (x - self.point[s, w]).dot(n), n
-
-
 # -------------------------------------------------------------------------------------------------
 # Capped cylinders, free outside; in a section rectangles.
 
@@ -84,7 +113,7 @@ MERIDIANS = 48
 
 
 @dataclass(frozen=True)
-class Cylinder(Wall):
+class Cylinder(SimpleWall):
     """Cylinder `name` about `centre` (d,) [m] along coordinate number `axis`.
 
     `half_length` and `radius` in [m]; in a half section the axis is y.
@@ -100,18 +129,29 @@ class Cylinder(Wall):
     def names(self) -> tuple[str, ...]:
         return (self.name,)
 
-    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the signed gap (n,) [m] of points x (n, d) to the nearer of side and caps."""
-        arms = x - self.centre
-        side = np.linalg.norm(np.delete(arms, self.axis, axis=1), axis=1) - self.radius
-        return {self.name: np.maximum(side, np.abs(arms[:, self.axis]) - self.half_length)}
+    @property
+    def parameters(self) -> tuple[np.ndarray, ...]:
+        axis = np.eye(len(self.centre))[self.axis]
+        return self.centre[None], axis[None], np.array([self.half_length]), np.array([self.radius])
+
+    @staticmethod
+    def gap_and_normal(x, centre, axis, half_length, radius, m):
+        """Return the signed gap [m] of points x to the nearer of side and caps, and the normal.
+
+        The edge between them is not treated separately: outside a cap the gap is at most the
+        distance.
+        """
+        arm = x - centre
+        along = m.dot(arm, axis)
+        across = arm - along * axis
+        distance = m.norm(across)
+        side, cap = distance - radius, abs(along) - half_length
+        of_side, of_cap = across / m.maximum(distance, 1e-12), m.sign(along) * axis
+        return m.maximum(side, cap), m.where(cap > side, of_cap, of_side)
 
     def thickness(self) -> float:
         """Return the smaller of diameter and length [m]."""
         return 2.0 * min(self.radius, self.half_length)
-
-    def obstacle(self, scenarios: Sequence["Cylinder"], places: np.ndarray) -> "CylinderObstacle":
-        return CylinderObstacle(scenarios)
 
     def drawn(self) -> dict[str, np.ndarray]:
         """Return a rectangle of lines in the plane, or the faces of side and caps in space."""
@@ -131,43 +171,12 @@ class Cylinder(Wall):
         return {"wall_faces": np.stack(sides, axis=2).reshape(-1, 4, 3)}
 
 
-class CylinderObstacle(Obstacle):
-    """A capped cylinder, solid inside; one entry of `walls` a scenario."""
-
-    count = 1
-
-    def __init__(self, walls: Sequence[Cylinder]) -> None:
-        self.axis = walls[0].axis
-        self.centre = vector_field(np.stack([w.centre for w in walls]))
-        self.half_length = real_field(np.array([w.half_length for w in walls]))
-        self.radius = real_field(np.array([w.radius for w in walls]))
-
-    @ti.func
-    def gap_and_normal(self, s, i, w, x):
-        """Return the signed gap [m] of contact node i at x, negative inside, and the normal.
-
-        The gap is that to the nearer of side and caps. The edge between them is not treated
-        separately: outside a cap the gap is at most the distance.
-        """
-        d = x - self.centre[s]
-        along = d[self.axis]
-        d[self.axis] = 0.0
-        distance = d.norm()
-        gap = distance - self.radius[s]
-        normal = d / ti.max(distance, 1e-12)
-        if ti.abs(along) - self.half_length[s] > gap:
-            gap = ti.abs(along) - self.half_length[s]
-            normal = ti.Vector.zero(backend.real, d.n)
-            normal[self.axis] = ti.math.sign(along)
-        return gap, normal
-
-
 # -------------------------------------------------------------------------------------------------
 # Straight pipes of circular section in space.
 
 
 @dataclass(frozen=True)
-class RoundPipes(Wall):
+class RoundPipes(SimpleWall):
     """Round pipes, free inside.
 
     surfaces: names. points (p, 3) [m]: points on the axes. axes (p, 3): unit vectors. radii (p,)
@@ -183,42 +192,20 @@ class RoundPipes(Wall):
     def names(self) -> tuple[str, ...]:
         return self.surfaces
 
-    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        found = {}
-        for name, point, axis, radius in zip(
-            self.names, self.points, self.axes, self.radii, strict=True
-        ):
-            across = (x - point) - np.outer((x - point) @ axis, axis)
-            found[name] = radius - np.linalg.norm(across, axis=1)
-        return found
+    @property
+    def parameters(self) -> tuple[np.ndarray, ...]:
+        return self.points, self.axes, self.radii
 
-    def obstacle(self, scenarios: Sequence["RoundPipes"], places: np.ndarray) -> "RoundObstacle":
-        return RoundObstacle(scenarios)
+    @staticmethod
+    def gap_and_normal(x, point, axis, radius, m):
+        arm = x - point
+        across = arm - m.dot(arm, axis) * axis
+        distance = m.norm(across)
+        return radius - distance, -across / m.maximum(distance, 1e-12)
 
     def drawn(self) -> dict[str, np.ndarray]:
         """Return a point on the axis, its direction and the radius of each pipe."""
         return {"pipes": np.concatenate([self.points, self.axes, self.radii[:, None]], axis=1)}
-
-
-class RoundObstacle(Obstacle):
-    """Straight pipes of circular section in space, free inside; one entry of `walls` a scenario."""
-
-    def __init__(self, walls: Sequence[RoundPipes]) -> None:
-        self.count = len(walls[0].names)
-        self.point = vector_field(np.stack([w.points for w in walls]))
-        self.axis = vector_field(np.stack([w.axes for w in walls]))
-        self.radius = real_field(np.stack([w.radii for w in walls]))
-
-    @ti.func
-    def gap_and_normal(self, s, i, w, x):
-        """Return the signed gap [m] of contact node i at x to pipe w, negative in the wall.
-
-        Also return the unit normal, towards the axis.
-        """
-        d = x - self.point[s, w]
-        d -= d.dot(self.axis[s, w]) * self.axis[s, w]
-        distance = d.norm()
-        return self.radius[s, w] - distance, -d / ti.max(distance, 1e-12)
 
 
 # -------------------------------------------------------------------------------------------------
@@ -229,7 +216,7 @@ PARALLELS = 24
 
 
 @dataclass(frozen=True)
-class Sphere(Wall):
+class Sphere(SimpleWall):
     """Ball `name` about `centre` (d,) [m] with a radius [m]."""
 
     name: PerScenario[str]
@@ -240,15 +227,19 @@ class Sphere(Wall):
     def names(self) -> tuple[str, ...]:
         return (self.name,)
 
-    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        return {self.name: np.linalg.norm(x - self.centre, axis=1) - self.radius}
+    @property
+    def parameters(self) -> tuple[np.ndarray, ...]:
+        return self.centre[None], np.array([self.radius])
+
+    @staticmethod
+    def gap_and_normal(x, centre, radius, m):
+        arm = x - centre
+        distance = m.norm(arm)
+        return distance - radius, arm / m.maximum(distance, 1e-12)
 
     def thickness(self) -> float:
         """Return the diameter [m]."""
         return 2.0 * self.radius
-
-    def obstacle(self, scenarios: Sequence["Sphere"], places: np.ndarray) -> "SphereObstacle":
-        return SphereObstacle(scenarios)
 
     def drawn(self) -> dict[str, np.ndarray]:
         """Return a circle of lines in the plane, or faces in space."""
@@ -267,23 +258,6 @@ class Sphere(Wall):
         p = self.centre + self.radius * normals
         sides = [p[:-1, :-1], p[1:, :-1], p[1:, 1:], p[:-1, 1:]]
         return {"wall_faces": np.stack(sides, axis=2).reshape(-1, 4, 3)}
-
-
-class SphereObstacle(Obstacle):
-    """A ball, solid inside; one entry of `walls` a scenario."""
-
-    count = 1
-
-    def __init__(self, walls: Sequence[Sphere]) -> None:
-        self.centre = vector_field(np.stack([w.centre for w in walls]))
-        self.radius = real_field(np.array([w.radius for w in walls]))
-
-    @ti.func
-    def gap_and_normal(self, s, i, w, x):
-        """Return the signed gap [m] of contact node i at x, and the outward unit normal."""
-        arm = x - self.centre[s]
-        distance = arm.norm()
-        return distance - self.radius[s], arm / ti.max(distance, 1e-12)
 
 
 # -------------------------------------------------------------------------------------------------

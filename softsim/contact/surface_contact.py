@@ -15,8 +15,11 @@ from softsim.contact.adhesion import Adhesion, NodalAdhesion
 from softsim.contact.forces import (
     BEFORE_START,
     Dissipation,
+    FrictionMemory,
     NodalForces,
-    limit_with_memory,
+    Penalty,
+    PenaltyFields,
+    WallFriction,
     normal_force,
     shear_force,
     slip,
@@ -38,16 +41,10 @@ ALLOWED_PENETRATION = 1e-9
 
 @dataclass(frozen=True)
 class ContactData:
-    """Nodes (k,) that may touch, with the constants of their contact.
-
-    Per node: k_n, k_t [N/m], the dashpots c_n, c_t [N s/m] and the effective mass [kg].
-    """
+    """Nodes (k,) that may touch, with the constants of their contact and effective masses [kg]."""
 
     nodes: np.ndarray
-    penalty_stiffness: np.ndarray
-    tangential_stiffness: np.ndarray
-    damping: np.ndarray
-    tangential_damping: np.ndarray
+    penalty: Penalty
     effective_mass: PerScenario[np.ndarray]
     friction_coefficient: PerScenario[float]
 
@@ -67,10 +64,7 @@ class PenaltyStiffness:
         damping = 2.0 * self.settings.damping_ratio * np.sqrt(k_n * moving)
         return ContactData(
             nodes=nodes,
-            penalty_stiffness=k_n,
-            tangential_stiffness=self.settings.tangential_stiffness_ratio * k_n,
-            damping=damping,
-            tangential_damping=self.settings.tangential_damping_fraction * damping,
+            penalty=Penalty.from_settings(self.settings, k_n, damping),
             effective_mass=m,
             friction_coefficient=friction_coefficient,
         )
@@ -84,10 +78,7 @@ class SurfaceContact(NodalForces, Dissipation):
     nodes: the shared nodes. contact_nodes: their numbers (k,).
     obstacle: `count` surfaces (contact/wall.py). frame: the axes in which they stand still; anchors
         live there, so a frame that moves carries them.
-    penalty_stiffness: k_n (k,) [N/m]. tangential_stiffness: k_t (k,) [N/m].
-    damping: c_n (k,) [N s/m]. tangential_damping: c_t (k,) [N s/m].
-    friction_coefficient: mu (scenarios,) [-]. friction_memory: t* of its limit (scenarios,) [s].
-    slip_length: d of its limit (scenarios,) [m].
+    penalty: springs and dashpots of the nodes (k,). friction: of each scenario.
     return_times: a node that comes back within this time has chattered (scenarios,) [s].
     adhesions: adhesion of the nodes in each scenario; none where nothing adheres.
 
@@ -101,13 +92,8 @@ class SurfaceContact(NodalForces, Dissipation):
         contact_nodes: np.ndarray,
         obstacle: Obstacle,
         frame: FixedFrame,
-        penalty_stiffness: np.ndarray,
-        tangential_stiffness: np.ndarray,
-        damping: np.ndarray,
-        tangential_damping: np.ndarray,
-        friction_coefficient: np.ndarray,
-        friction_memory: np.ndarray,
-        slip_length: np.ndarray,
+        penalty: Penalty,
+        friction: WallFriction,
         return_times: np.ndarray,
         adhesions: Sequence[Adhesion] = (),
     ) -> None:
@@ -117,12 +103,9 @@ class SurfaceContact(NodalForces, Dissipation):
         self.nodes, self.obstacle, self.frame = nodes, obstacle, frame
         self.surfaces = obstacle.count
         self.node = index_field(contact_nodes)
-        self.penalty_stiffness = real_field(penalty_stiffness)
-        self.tangential_stiffness = real_field(tangential_stiffness)
-        self.damping = real_field(damping)
-        self.tangential_damping = real_field(tangential_damping)
-        self.friction_coefficient = real_field(friction_coefficient)
-        self.friction_memory, self.slip_length = map(real_field, (friction_memory, slip_length))
+        self.penalty = PenaltyFields(penalty)
+        self.friction_coefficient = real_field(friction.coefficient)
+        self.memory = FrictionMemory(friction)
         self.return_time = real_field(return_times)
         self.first_slot = nodes.corner_forces.reserve(contact_nodes)
 
@@ -224,8 +207,8 @@ class SurfaceContact(NodalForces, Dissipation):
                     outside = dt - self._meet(s, i, w, q, gap, n, v, t, dt)
                 else:
                     before = tangential(q - dt * v - self.anchor[s, i, w], n)
-                N = normal_force(gap, v.dot(n), self.penalty_stiffness[i], self.damping[i])
-                damping_force = N + self.penalty_stiffness[i] * gap
+                N = normal_force(gap, v.dot(n), self.penalty.k_n[i], self.penalty.c_n[i])
+                damping_force = N + self.penalty.k_n[i] * gap
                 self.book_normal(s, i, self.dashpot[s, i, w], damping_force, dt * v.dot(n))
                 self.dashpot[s, i, w] = damping_force
                 friction, slips = self._friction(s, i, w, q, n, v, N, before, outside, t, dt)
@@ -270,7 +253,7 @@ class SurfaceContact(NodalForces, Dissipation):
             rate.meet(s, i, w)
         self.anchor[s, i, w] = q - inside * v
         away = t - self.left_at[s, i, w]
-        if away > self.friction_memory[s]:
+        if away > self.memory.time[s]:
             self.age[s, i, w] = 0.0
         if away < self.return_time[s]:
             self.returns[s, i] = self.returns[s, i] + 1
@@ -283,18 +266,13 @@ class SurfaceContact(NodalForces, Dissipation):
         N: normal force [N] of surface w. before: elastic slip one increment ago. outside: time [s]
         since then before the node touched.
         """
-        k_t, damping_rate = self.tangential_stiffness[i], self.tangential_damping[i] / dt
+        k_t, damping_rate = self.penalty.k_t[i], self.penalty.c_t[i] / dt
         stretch = tangential(q - self.anchor[s, i, w], n)
         age, last = self.age[s, i, w] + dt, self.friction_limit[s, i, w]
         instant = self.friction_coefficient[s] * N
         for adhesion in ti.static(self.adhesion):
             instant = adhesion.friction_limit(s, i, w, N, self.friction_coefficient[s])
-        memory = self.friction_memory[s]
-        if t < 0.0:  # bodies settle, as if they lay there for long: the limit has followed
-            memory = 0.0
-        limit = limit_with_memory(
-            last, instant, age, memory, self.slip_length[s], tangential(v, n).norm(), dt
-        )
+        limit = self.memory.limit(s, last, instant, age, tangential(v, n).norm(), t, dt)
         self.age[s, i, w], self.friction_limit[s, i, w] = age, limit
         slipped = slip(stretch, before, k_t, damping_rate, limit)
         stretch -= slipped
@@ -309,7 +287,7 @@ class SurfaceContact(NodalForces, Dissipation):
         """End the contact of node i with surface w; q is now outside, one increment ago inside."""
         nothing = ti.Vector.zero(backend.real, self.nodes.dimension)
         before, way = tangential(q - dt * v - self.anchor[s, i, w], n), dt * tangential(v, n)
-        k_t, force_before = self.tangential_stiffness[i], self.friction[s, i, w]
+        k_t, force_before = self.penalty.k_t[i], self.friction[s, i, w]
         self.book_normal(s, i, self.dashpot[s, i, w], 0.0, dt * v.dot(n))
         self.book_tangential(s, i, force_before, nothing, before, nothing, k_t, way + before)
         self.dashpot[s, i, w], self.friction[s, i, w] = 0.0, nothing
@@ -326,8 +304,8 @@ class SurfaceContact(NodalForces, Dissipation):
                 if gap < 0.0 and self.touching[s, i, w] == 1:
                     stretch = q - self.anchor[s, i, w]
                     stretch -= stretch.dot(n) * n
-                    total += 0.5 * self.penalty_stiffness[i] * gap * gap
-                    total += 0.5 * self.tangential_stiffness[i] * stretch.dot(stretch)
+                    total += 0.5 * self.penalty.k_n[i] * gap * gap
+                    total += 0.5 * self.penalty.k_t[i] * stretch.dot(stretch)
                 for adhesion in ti.static(self.adhesion):
                     total += adhesion.energy(s, i, w, gap)
         return total

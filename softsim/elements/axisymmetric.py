@@ -15,7 +15,7 @@ import taichi as ti
 from softsim.compute import backend
 from softsim.compute.fields import lane_data, lane_field
 from softsim.compute.nodes import Nodes
-from softsim.elements.geometry import Facets, Geometry, Hoop, Region, edge_lengths, weighted_ends
+from softsim.elements.geometry import Geometry, Hoop, Region, edge_lengths, weighted_ends
 from softsim.elements.one_point import OnePointElements, padded
 from softsim.elements.plane_elements import Across, section_elements
 from softsim.elements.quadrature import quadrature
@@ -65,11 +65,18 @@ class Axisymmetric(Geometry):
         """Return the circumference 2 pi r at the nodes (m, corners) [m] (Pappus)."""
         return 2.0 * np.pi * points[cells][:, :, 0]
 
-    def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
-        """Return the volume [m^3] between a chain of edges (k, 2), revolved, and the axis."""
-        a, b = x[facets[:, 0]], x[facets[:, 1]]
-        squares = a[:, 0] ** 2 + a[:, 0] * b[:, 0] + b[:, 0] ** 2
-        return np.pi / 3.0 * float(((a[:, 1] - b[:, 1]) * squares).sum())
+    @staticmethod
+    def facet_volume_and_gradient(x, depth, m):
+        """Return the volume of an edge's frustum down to the axis, and its gradient at both ends.
+
+        They are those of whole rings.
+        """
+        a, b = x[0], x[1]
+        third = np.pi / 3.0
+        rise, square = a[1] - b[1], a[0] * a[0] + a[0] * b[0] + b[0] * b[0]
+        of_a = m.vector([third * (2.0 * a[0] + b[0]) * rise, third * square])
+        of_b = m.vector([third * (a[0] + 2.0 * b[0]) * rise, -third * square])
+        return third * rise * square, [of_a, of_b]
 
     def corner_areas(self, x: np.ndarray, edges: np.ndarray) -> np.ndarray:
         """Return the tributary area (k, 2) [m^2] of each end of edges (k, 2): int N_a 2 pi r ds."""
@@ -77,21 +84,10 @@ class Axisymmetric(Geometry):
             np.pi / 3.0 * edge_lengths(x, edges)[:, None] * weighted_ends(2.0 * x[edges][:, :, 0])
         )
 
-    def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """Return d(enclosed volume)/dx at the nodes (k, 2, d) [m^2]: forces of 1 Pa."""
-        (a, za), (b, zb) = x[facets[:, 0]].T, x[facets[:, 1]].T
-        squares = a**2 + a * b + b**2
-        first = np.stack([(2.0 * a + b) * (za - zb), squares], axis=1)
-        second = np.stack([(a + 2.0 * b) * (za - zb), -squares], axis=1)
-        return np.pi / 3.0 * np.stack([first, second], axis=1)
-
     def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
         return section_elements(
             nodes, region, bulk_viscosity, RevolvedAcross(region, nodes.scenarios)
         )
-
-    def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
-        return RevolvedFacets(nodes, facets)
 
 
 class RevolvedAcross(Across):
@@ -124,29 +120,3 @@ class RevolvedAcross(Across):
     def weight(self, b, corner: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
         """Return w_a of a node."""
         return self.corner_weight[corner][b]
-
-
-class RevolvedFacets(Facets):
-    """Edges (k, 2) of a half section, revolved about the y axis: frustums of cones."""
-
-    @ti.func
-    def unit_forces(self, s, i):
-        """Return the forces of 1 Pa on facet i, whole rings [m^2]: the gradient of `volume`."""
-        a = self.nodes.position[s, self.node[i, 0]]
-        b = self.nodes.position[s, self.node[i, 1]]
-        third = ti.math.pi / 3.0
-        rise = a[1] - b[1]
-        square = third * (a[0] * a[0] + a[0] * b[0] + b[0] * b[0])
-        return ti.Matrix(
-            [
-                [third * (2.0 * a[0] + b[0]) * rise, square],
-                [third * (a[0] + 2.0 * b[0]) * rise, -square],
-            ]
-        )
-
-    @ti.func
-    def volume(self, s, i):
-        """Return the chamber volume [m^3] that facet i bounds: the frustum down to the axis."""
-        a = self.nodes.position[s, self.node[i, 0]]
-        b = self.nodes.position[s, self.node[i, 1]]
-        return ti.math.pi / 3.0 * (a[1] - b[1]) * (a[0] * a[0] + a[0] * b[0] + b[0] * b[0])

@@ -1,7 +1,7 @@
 """Interface of an element formulation.
 
 It gives volumes, deformation gradients, mass fractions and facets in numpy. Each formulation has
-its own file with its Geometry and the Taichi classes that this creates in `elements` and `facets`.
+its own file with its Geometry and the Taichi classes that this creates in `elements`.
 """
 
 from abc import ABC, abstractmethod
@@ -11,9 +11,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+import taichi as ti
 
-from softsim.compute.fields import index_field
+from softsim.compute import backend
+from softsim.compute.fields import index_field, real_field
 from softsim.compute.nodes import Nodes
+from softsim.compute.vectors import KERNEL, NUMPY
 from softsim.elements.quadrature import quadrature
 from softsim.materials.material import Material
 from softsim.mesh.mesh import batches, signed_volumes
@@ -125,27 +128,46 @@ class Geometry(ABC):
         """Return the nodes (k, corners) loaded by a pressure on facets; first_node: the body's."""
         return facets
 
+    @property
+    def facet_depth(self) -> float:
+        """Depth of a section as `facet_volume_and_gradient` takes it; 1 where it takes none."""
+        return 1.0
+
+    @staticmethod
     @abstractmethod
+    def facet_volume_and_gradient(x, depth, m):
+        """Return the volume [m^3] that a facet bounds, and its gradient by each node [m^2].
+
+        x: positions of the facet's nodes, as from `pressed`. One text serves numpy and kernels, see
+        compute/vectors.py.
+        """
+
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
         """Return the volume [m^3] on the free side of a closed surface of facets from `pressed`."""
+        return float(np.sum(self._volumes_and_gradients(x, facets)[0]))
+
+    def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
+        """Return d(enclosed volume)/dx (k, nodes, d) [m^2] of the nodes of facets from `pressed`:
+        forces of a pressure of 1 Pa.
+        """
+        return np.stack(self._volumes_and_gradients(x, facets)[1]).transpose(2, 0, 1)
+
+    def _volumes_and_gradients(self, x: np.ndarray, facets: np.ndarray) -> tuple[Any, Any]:
+        of_nodes = [x[nodes].T for nodes in facets.T]
+        volumes, gradients = self.facet_volume_and_gradient(of_nodes, self.facet_depth, NUMPY)
+        return volumes, gradients
 
     @abstractmethod
     def corner_areas(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
         """Return the tributary area (k, corners) [m^2] of each node of facets (k, corners)."""
 
     @abstractmethod
-    def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """Return d(enclosed volume)/dx (k, nodes, d) [m^2] of the nodes of facets from `pressed`:
-        forces of a pressure of 1 Pa.
-        """
-
-    @abstractmethod
     def elements(self, nodes: "Nodes", region: "Region", bulk_viscosity: float) -> "Term":
         """Return the force term of a region's elements; bulk_viscosity: b1 [-]."""
 
-    @abstractmethod
-    def facets(self, nodes: "Nodes", facets: np.ndarray) -> "Facets":
+    def facets(self, nodes: Nodes, facets: np.ndarray) -> "Facets":
         """Return the kernel class that applies a pressure to facets from `pressed`."""
+        return Facets(nodes, facets, self)
 
 
 def edge_lengths(x: np.ndarray, edges: np.ndarray) -> np.ndarray:
@@ -166,24 +188,37 @@ def nodal_sums(cells: np.ndarray, per_corner: np.ndarray, node_count: int) -> np
 # -------------------------------------------------------------------------------------------------
 # Facets under pressure: the nodal forces of a unit pressure, and the volume they bound.
 #
-# Each formulation has one class, in its file. The force is the gradient of the volume, so a load
-# built on it follows the deformation, does not depend on the time step, and on a closed surface has
-# no resultant. Facets have the material to their left (an edge) or behind them (a triangle): the
-# chamber is on the other side.
+# The force is the gradient of the volume, so a load built on it follows the deformation, does not
+# depend on the time step, and on a closed surface has no resultant. Facets have the material to
+# their left (an edge) or behind them (a triangle): the chamber is on the other side.
 
 
 class Facets:
     """Kernel class of facets, with the nodes (k, corners) that a pressure on them acts on."""
 
-    def __init__(self, nodes: Nodes, facets: np.ndarray) -> None:
-        self.nodes, self.corner_nodes = nodes, facets
+    def __init__(self, nodes: Nodes, facets: np.ndarray, geometry: Geometry) -> None:
+        self.nodes, self.corner_nodes, self.kind = nodes, facets, geometry.name
         self.count, self.corners = facets.shape
         self.node = index_field(facets)
+        self.depth = real_field(np.array([geometry.facet_depth]))
+        self.formula = ti.func(geometry.facet_volume_and_gradient)
 
-    # `unit_forces(s, i)`: forces (corner, component) of a pressure of 1 Pa on facet i [m^2];
-    # `volume(s, i)`: what facet i adds to the volume of its chamber [m^3].
-    unit_forces: Any
-    volume: Any
+    @ti.func
+    def unit_forces(self, s, i):
+        """Return the forces (corner, component) of a pressure of 1 Pa on facet i [m^2]."""
+        x = [self.nodes.position[s, self.node[i, c]] for c in ti.static(range(self.corners))]
+        _, gradient = self.formula(x, self.depth[0], KERNEL)
+        forces = ti.Matrix.zero(backend.real, self.corners, self.nodes.dimension)
+        for c, k in ti.static(ti.ndrange(self.corners, self.nodes.dimension)):
+            forces[c, k] = gradient[c][k]
+        return forces
+
+    @ti.func
+    def volume(self, s, i):
+        """Return the volume [m^3] that facet i adds to that of its chamber."""
+        x = [self.nodes.position[s, self.node[i, c]] for c in ti.static(range(self.corners))]
+        volume, _ = self.formula(x, self.depth[0], KERNEL)
+        return volume
 
 
 # -------------------------------------------------------------------------------------------------

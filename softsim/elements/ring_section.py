@@ -17,7 +17,7 @@ from softsim.compute import backend
 from softsim.compute.fields import index_field, lane_data, lane_field, real_field
 from softsim.compute.nodes import NodeLists, Nodes, by_lane
 from softsim.compute.term import Pass, Stage
-from softsim.elements.geometry import Facets, Geometry, Hoop, Region, edge_lengths, weighted_ends
+from softsim.elements.geometry import Geometry, Hoop, Region, edge_lengths, weighted_ends
 from softsim.elements.one_point import OnePointElements, padded
 from softsim.elements.plane_elements import Across, section_elements
 
@@ -205,15 +205,33 @@ class RingSection(Geometry):
         """
         return np.column_stack([edges, first_node + self.opposite[edges - first_node]])
 
-    def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
-        """Return the volume [m^3] between edges and the axis over the sector; facets: of `pressed`.
+    @property
+    def facet_depth(self) -> float:
+        """Sector [rad]."""
+        return self.sector
+
+    @staticmethod
+    def facet_volume_and_gradient(x, depth, m):
+        """Return the volume between an edge and the axis over the sector, and its gradient.
 
         It is that of frusta, sector/6 h (a^2 + a b + b^2) with radii a, b and the length h along
-        the axis, in terms that turn with the section: the diameters are d_a = x_a - x_a' and d_b,
-        so 2 a = |d_a|, and 2 h a = (x_b - x_a) x d_a, or with d_b and b, where they are parallel.
+        the axis, in terms that turn with the section, so that its gradient has no moment: with the
+        edge D = x_b - x_a, the diameters d_a = x_a - x_a' and d_b, and c = D x d = D_x d_y - D_y
+        d_x it is
+            V = sector/24 [c_a (|d_a| + |d_b|/2) + c_b (|d_b| + |d_a|/2)],
+        since 2 a = |d_a| and 2 h a = c_a, or with d_b and b, where the diameters are parallel.
         """
-        _, lengths, crossed = self._frusta(x, facets)
-        return self.sector / 24.0 * float((crossed * weighted_ends(lengths)).sum())
+        D, d_a, d_b = x[1] - x[0], x[0] - x[2], x[1] - x[3]
+        l_a, l_b = m.norm(d_a), m.norm(d_b)
+        c_a, c_b = D[0] * d_a[1] - D[1] * d_a[0], D[0] * d_b[1] - D[1] * d_b[0]
+        part = depth / 24.0
+        weight_a, weight_b = part * (l_a + 0.5 * l_b), part * (l_b + 0.5 * l_a)
+        normal = m.vector([-D[1], D[0]])  # d(D x d)/dd
+        of_edge = weight_a * d_a + weight_b * d_b
+        e = m.vector([of_edge[1], -of_edge[0]])  # d(D x d)/dD
+        a = weight_a * normal + part * (c_a + 0.5 * c_b) / l_a * d_a
+        b = weight_b * normal + part * (c_b + 0.5 * c_a) / l_b * d_b
+        return c_a * weight_a + c_b * weight_b, [a - e, b + e, -a, -b]
 
     def corner_areas(self, x: np.ndarray, edges: np.ndarray) -> np.ndarray:
         """Return the tributary area (k, 2) [m^2] of each end of rings' edges (k, 2).
@@ -223,43 +241,10 @@ class RingSection(Geometry):
         diameters = np.linalg.norm(x[edges] - x[self.opposite[edges]], axis=2)
         return self.sector / 6.0 * edge_lengths(x, edges)[:, None] * weighted_ends(diameters)
 
-    def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """Return d(enclosed volume)/dx of the nodes (k, 4, d) [m^2]: forces of 1 Pa."""
-        diameters, lengths, crossed = self._frusta(x, facets)
-        edge = x[facets[:, 1]] - x[facets[:, 0]]
-        weights = weighted_ends(lengths)[:, :, None]
-        of_edge = (weights * _across(diameters)).sum(axis=1)
-        direction = diameters / lengths[:, :, None]
-        a, b = (
-            weighted_ends(crossed)[:, :, None] * direction - weights * _across(edge)[:, None]
-        ).transpose(1, 0, 2)
-        return self.sector / 24.0 * np.stack([a - of_edge, b + of_edge, -a, -b], axis=1)
-
-    def _frusta(
-        self, x: np.ndarray, facets: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the diameters at the ends of facets (k, 4), their lengths and cross products.
-
-        Diameters d (k, 2, 2) [m], lengths (k, 2) [m], cross products with the edge D x d = D_x d_y
-        - D_y d_x (k, 2) [m^2].
-        """
-        edge = x[facets[:, 1]] - x[facets[:, 0]]
-        diameters = x[facets[:, :2]] - x[facets[:, 2:]]
-        crossed = np.einsum("ki,kci->kc", edge, _across(diameters))
-        return diameters, np.linalg.norm(diameters, axis=2), crossed
-
     def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
         goes_around = self.is_ring.any()
         across = RingAcross(nodes, region, self.hoop) if goes_around else Across()
         return section_elements(nodes, region, bulk_viscosity, across)
-
-    def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
-        return RingFacets(nodes, facets, self.sector)
-
-
-def _across(vectors: np.ndarray) -> np.ndarray:
-    """Return (d_y, -d_x) of vectors d (..., 2): D x d = D . (d_y, -d_x)."""
-    return np.stack([vectors[..., 1], -vectors[..., 0]], axis=-1)
 
 
 class RingAcross(Across):
@@ -316,48 +301,3 @@ class RingAcross(Across):
         for lane in ti.static(range(backend.lanes())):
             self.diameters.tension[s, b * ti.static(backend.lanes()) + lane] = tension[lane]
         return self.lane(0.0)
-
-
-class RingFacets(Facets):
-    """Edges of a section with the nodes opposite their ends (k, 4), over `sector` of the
-    ring: parts of frusta. With the edge D = x_b - x_a, the diameters d_a = x_a - x_a' and d_b, and
-    c = D x d = D_x d_y - D_y d_x, their volume is
-        V = sector/24 [c_a (|d_a| + |d_b|/2) + c_b (|d_b| + |d_a|/2)],
-    see RingSection.enclosed_volume. It turns with the section, so its gradient has no moment.
-    """
-
-    def __init__(self, nodes: Nodes, facets: np.ndarray, sector: float) -> None:
-        super().__init__(nodes, facets)
-        self.sector = real_field(np.array([sector]))
-
-    @ti.func
-    def frustum(self, s, i):
-        """Return D, d_a, d_b, |d_a|, |d_b| of facet i."""
-        a = self.nodes.position[s, self.node[i, 0]]
-        b = self.nodes.position[s, self.node[i, 1]]
-        across_a = a - self.nodes.position[s, self.node[i, 2]]
-        across_b = b - self.nodes.position[s, self.node[i, 3]]
-        return b - a, across_a, across_b, across_a.norm(), across_b.norm()
-
-    @ti.func
-    def unit_forces(self, s, i):
-        """Return the forces of a pressure of 1 Pa on facet i [m^2]: the gradient of `volume`."""
-        D, d_a, d_b, l_a, l_b = self.frustum(s, i)
-        part = self.sector[0] / 24.0
-        weight_a, weight_b = part * (l_a + 0.5 * l_b), part * (l_b + 0.5 * l_a)
-        c_a, c_b = D.cross(d_a), D.cross(d_b)
-        normal = ti.Vector([-D[1], D[0]])  # d(D x d)/dd
-        of_edge = weight_a * d_a + weight_b * d_b
-        e = ti.Vector([of_edge[1], -of_edge[0]])  # d(D x d)/dD
-        a = weight_a * normal + part * (c_a + 0.5 * c_b) / l_a * d_a
-        b = weight_b * normal + part * (c_b + 0.5 * c_a) / l_b * d_b
-        return ti.Matrix(
-            [[a[0] - e[0], a[1] - e[1]], [b[0] + e[0], b[1] + e[1]], [-a[0], -a[1]], [-b[0], -b[1]]]
-        )
-
-    @ti.func
-    def volume(self, s, i):
-        """Return the chamber volume [m^3] that facet i bounds, down to the axis."""
-        D, d_a, d_b, l_a, l_b = self.frustum(s, i)
-        c_a, c_b = D.cross(d_a), D.cross(d_b)
-        return self.sector[0] / 24.0 * (c_a * (l_a + 0.5 * l_b) + c_b * (l_b + 0.5 * l_a))

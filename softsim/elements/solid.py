@@ -12,7 +12,7 @@ from softsim.compute import backend
 from softsim.compute.fields import lane_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, Stage
-from softsim.elements.geometry import Facets, Geometry, Region
+from softsim.elements.geometry import Geometry, Region
 from softsim.elements.hourglass import (
     CYCLIC,
     HourglassElements,
@@ -340,14 +340,22 @@ class Solid(Geometry):
         """Return one (1, 1)."""
         return np.ones((1, 1))
 
-    def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
-        """Return the volume [m^3] on the free side of a closed surface of facets.
+    @staticmethod
+    def facet_volume_and_gradient(x, depth, m):
+        """Return the volume of the cone from the origin to a facet, and its gradient at the nodes.
 
-        Facets are triangles (k, 3) or bilinear quadrilaterals (k, 4).
+        Facets are triangles or bilinear quadrilaterals, with the outward normal of the material by
+        the right-hand rule. Each node of a triangle has a third of its area.
         """
-        triangles, share = triangles_of(facets)
-        a, b, c = x[triangles].transpose(1, 0, 2)
-        return share * float(np.einsum("ki,ki->", a, np.cross(c, b))) / 6.0
+        share = ti.static(SHARES[len(x)])
+        volume, gradient = 0.0 * x[0][0], [0.0 * place for place in x]
+        for corners in ti.static(TRIANGLES[len(x)]):
+            a, b, c = x[corners[0]], x[corners[1]], x[corners[2]]
+            volume = volume + share * (m.dot(a, m.cross(c, b)) / 6.0)
+            third = share * (m.cross(c - a, b - a) / 6.0)
+            for corner in ti.static(corners):
+                gradient[corner] = gradient[corner] + third
+        return volume, gradient
 
     def corner_areas(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
         """Return the tributary area (k, corners) [m^2] of each node of facets."""
@@ -356,17 +364,8 @@ class Solid(Geometry):
         area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
         return share * _at_corners(facets, area[:, None] / 3.0)[:, :, 0]
 
-    def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """Return d(enclosed volume)/dx at the nodes (k, corners, d) [m^2]: forces of 1 Pa."""
-        triangles, share = triangles_of(facets)
-        a, b, c = x[triangles].transpose(1, 0, 2)
-        return share * _at_corners(facets, np.cross(c - a, b - a) / 6.0)
-
     def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
         return BY_CORNERS[region.cells.shape[1]](nodes, region, bulk_viscosity)
-
-    def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
-        return FACETS[facets.shape[1]](nodes, facets)
 
 
 # Corners of the triangles that facets are cut into, by the number of their corners. A quadrilateral
@@ -388,66 +387,3 @@ def _at_corners(facets: np.ndarray, values: np.ndarray) -> np.ndarray:
     of_facet = values.reshape(k, len(TRIANGLES[corners]), values.shape[1])
     touches = np.array([[float(c in t) for t in TRIANGLES[corners]] for c in range(corners)])
     return np.einsum("ct,kti->kci", touches, of_facet)
-
-
-class TriangleFacets(Facets):
-    """Triangles (k, 3) in space; the right-hand rule gives the outward normal of the material."""
-
-    @ti.func
-    def unit_forces(self, s, i):
-        """Return the forces of a pressure of 1 Pa on facet i [m^2].
-
-        They are a third of its area, against its normal, on each node.
-        """
-        f = self.third(s, i, 0, 1, 2)
-        return ti.Matrix([[f[0], f[1], f[2]], [f[0], f[1], f[2]], [f[0], f[1], f[2]]])
-
-    @ti.func
-    def volume(self, s, i):
-        """Return the chamber volume [m^3] that facet i bounds: the cone from the origin."""
-        return self.cone(s, i, 0, 1, 2)
-
-    @ti.func
-    def third(self, s, i, j: ti.template(), k: ti.template(), n: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Return a third of the area between three nodes, against its normal [m^2]."""
-        a = self.nodes.position[s, self.node[i, j]]
-        b = self.nodes.position[s, self.node[i, k]]
-        c = self.nodes.position[s, self.node[i, n]]
-        return (c - a).cross(b - a) / 6.0
-
-    @ti.func
-    def cone(self, s, i, j: ti.template(), k: ti.template(), n: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Return the volume between three nodes and the origin [m^3]."""
-        a = self.nodes.position[s, self.node[i, j]]
-        b = self.nodes.position[s, self.node[i, k]]
-        c = self.nodes.position[s, self.node[i, n]]
-        return a.dot(c.cross(b)) / 6.0
-
-
-class QuadrilateralFacets(TriangleFacets):
-    """Quadrilaterals (k, 4) in space: half of each of the four triangles between their corners."""
-
-    @ti.func
-    def unit_forces(self, s, i):
-        """Return the forces of a pressure of 1 Pa on facet i [m^2]."""
-        forces = ti.Matrix.zero(backend.real, 4, 3)
-        for t in ti.static(range(4)):
-            j, k, n = ti.static(TRIANGLES[4][t])
-            third = 0.5 * self.third(s, i, j, k, n)
-            for component in ti.static(range(3)):
-                forces[j, component] += third[component]
-                forces[k, component] += third[component]
-                forces[n, component] += third[component]
-        return forces
-
-    @ti.func
-    def volume(self, s, i):
-        """Return the chamber volume [m^3] that facet i bounds."""
-        volume = ti.cast(0.0, backend.real)
-        for t in ti.static(range(4)):
-            j, k, n = ti.static(TRIANGLES[4][t])
-            volume += 0.5 * self.cone(s, i, j, k, n)
-        return volume
-
-
-FACETS: dict[int, type[TriangleFacets]] = {3: TriangleFacets, 4: QuadrilateralFacets}

@@ -466,7 +466,7 @@ WALLS = (
     "softsim.contact.simple_walls:cylinders",
     "softsim.builder.pipe_path:pipe_networks",
     "softsim.contact.grid:surface_walls",
-    "softsim.contact.polyline:polyline_walls",
+    "softsim.contact.terrain:polyline_walls",
     "softsim.contact.terrain:terrains",
 )
 """Entry points of the functions that build walls, in the order of their contact.

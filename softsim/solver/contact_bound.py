@@ -273,9 +273,8 @@ class ContactStiffness:
         """
         stiffness, data = np.zeros(len(self.model.points)), self.model.corners
         if data is not None:
-            k_n = data.penalty_stiffness + 2.0 * data.damping / dt
-            k_t = data.tangential_stiffness + 2.0 * data.tangential_damping / dt
-            stiffness[data.facets] = data.together * max(k_n, k_t)
+            of_corner = np.max(data.penalty.stiffness_with_dashpots(dt))
+            stiffness[data.facets] = data.together * of_corner
         return stiffness
 
     def _of_supports(self, dt: float) -> np.ndarray:
@@ -352,7 +351,7 @@ def wall_stiffness(
     It is the largest eigenvalue of k_t w I + (k_n - k_t) sum n (x) n.
     """
     surfaces, alike = touched_at_once
-    k_n, k_t = stiffness_with_dashpots(contact, dt)
+    k_n, k_t = contact.penalty.stiffness_with_dashpots(dt)
     return surfaces * k_t + alike * np.maximum(k_n - k_t, 0.0)
 
 
@@ -453,15 +452,4 @@ class SurfaceStiffness:
 
 def surface_stiffness(contact: ContactData, dt: float) -> np.ndarray:
     """Return the largest stiffness (k,) [N/m] of each node against one surface."""
-    return np.maximum(*stiffness_with_dashpots(contact, dt))
-
-
-def stiffness_with_dashpots(contact: ContactData, dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return k_n + 2 c_n / dt and k_t + 2 c_t / dt (k,) [N/m] of each node.
-
-    For the dashpots see solver/stable_step.py.
-    """
-    return (
-        contact.penalty_stiffness + 2.0 * contact.damping / dt,
-        contact.tangential_stiffness + 2.0 * contact.tangential_damping / dt,
-    )
+    return np.maximum(*contact.penalty.stiffness_with_dashpots(dt))

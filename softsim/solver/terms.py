@@ -18,6 +18,7 @@ from softsim.compute.term import Pass, Stage, Term
 from softsim.contact.adhesion import Adhesion
 from softsim.contact.corner_contact import CornerContact, CornerSurface
 from softsim.contact.deformable_surface import DeformableSurface
+from softsim.contact.forces import WallFriction
 from softsim.contact.neighbour_lists import NeighbourLists, margin_and_room
 from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import ContactData, SurfaceContact
@@ -89,10 +90,12 @@ class Terms:
         adhesions: Sequence[Adhesion] = (),
     ) -> SurfaceContact:  # fmt: skip
         return SurfaceContact(
-            self.nodes, data.nodes, obstacle, frame, data.penalty_stiffness,
-            data.tangential_stiffness, data.damping, data.tangential_damping, np.array(friction),
-            self.friction_memory, self.slip_length, self.return_times, adhesions,
+            self.nodes, data.nodes, obstacle, frame, data.penalty, self._friction(friction),
+            self.return_times, adhesions,
         )  # fmt: skip
+
+    def _friction(self, coefficients: list[float]) -> WallFriction:
+        return WallFriction(np.array(coefficients), self.friction_memory, self.slip_length)
 
     def _contacts_by_wall(self, models: list[Model]) -> list[list[WallContact]]:
         contact, friction = models[0].contact, [m.contact.friction_coefficient for m in models]
@@ -130,13 +133,7 @@ class Terms:
         surface = CornerSurface(self.nodes, data.facets, data.facet_size, frame, corners)
         margin, longest, room = margin_and_room(data.facet_size, self.nodes.dimension)
         lists = NeighbourLists(surface, margin, longest, room * int(np.ceil(data.together)))
-        constants = (
-            data.penalty_stiffness, data.tangential_stiffness, data.damping, data.tangential_damping
-        )  # fmt: skip
-        return CornerContact(
-            surface, lists, contact.nodes, constants, np.array(friction), self.friction_memory,
-            self.slip_length,
-        )  # fmt: skip
+        return CornerContact(surface, lists, contact.nodes, data.penalty, self._friction(friction))
 
     def _structure_contacts(self, models: list[Model]) -> list[SurfaceContact]:
         """Return the contact of each structure with each wall."""
@@ -174,19 +171,11 @@ class Terms:
         of_scenarios = [m.self_contact for m in models if m.self_contact]
         friction = [each.friction_coefficient for each in of_scenarios]
         adhesions = [each.adhesion for each in of_scenarios if each.adhesion is not None]
-        surface = DeformableSurface(
-            self.nodes, data.nodes, data.facets, data.point_size, data.facet_size,
-            data.point_part, data.facet_part, data.point_areas, data.facet_areas,
-            data.facet_stiffness, data.point_group, data.may_touch,
-        )  # fmt: skip
+        surface = DeformableSurface(self.nodes, data)
         lists = NeighbourLists(surface, *margin_and_room(data.facet_size, self.nodes.dimension))
-        k_n, c_n = data.penalty_stiffness, data.penalty_stiffness * data.damping_time
         return [
-            SelfContact(
-                surface, lists, data.nodes, k_n, data.tangential_ratio * k_n, c_n,
-                data.tangential_damping_fraction * c_n, np.array(friction), adhesions,
-            )
-        ]  # fmt: skip
+            SelfContact(surface, lists, data.nodes, data.penalty, np.array(friction), adhesions)
+        ]
 
     @property
     def wall_contacts(self) -> list[WallContact]:

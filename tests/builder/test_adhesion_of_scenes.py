@@ -54,7 +54,7 @@ def test_the_work_of_adhesion_does_not_depend_on_the_penalty_stiffness(build, la
         model = build(scene, FOOT, f"contact.penalty_stiffness={stiffness}")
         found, _ = adhesion(model)
         attraction, reach = found.attraction[:, 0], found.reach[:, 0]
-        work = 0.5 * attraction * (reach + attraction / model.contact.penalty_stiffness)
+        work = 0.5 * attraction * (reach + attraction / model.contact.penalty.k_n)
         assert work.sum() == pytest.approx(0.1 * 4e-3 * 5e-3)
         if key == "range":
             assert reach[attraction > 0.0] == pytest.approx(80e-6)
@@ -75,7 +75,7 @@ def test_adjoining_surfaces_add_up_at_their_common_node(build):
     found, _ = adhesion(model)
     force, reach = found.attraction[:, 0], found.reach[:, 0]
     low = model.points[model.contact.nodes][:, 1] < 1e-6
-    work = 0.5 * force * (reach + force / model.contact.penalty_stiffness)
+    work = 0.5 * force * (reach + force / model.contact.penalty.k_n)
     [middle] = np.flatnonzero(low & (np.abs(model.points[model.contact.nodes][:, 0]) < 1e-6))
     assert force[middle] == pytest.approx((2e3 + 4e3) * 1e-3 * 5e-3)
     assert work[middle] == pytest.approx((0.1 + 0.3) * 1e-3 * 5e-3)

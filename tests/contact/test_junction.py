@@ -67,7 +67,7 @@ def test_in_space_against_a_surface(radii):
     branch = np.stack([B * np.cos(around), along, B * np.sin(around)], axis=1)
     run = run[(np.hypot(run[:, 0], run[:, 2]) >= B) | (run[:, 1] < 0.0)]
     branch = branch[(np.hypot(branch[:, 1], branch[:, 2]) >= A) & (branch[:, 1] > 0.0)]
-    fold = one.edge(np.linspace(0.0, 0.5 * np.pi, 4001))
+    fold = one.formulas.edge(np.linspace(0.0, 0.5 * np.pi, 4001), A, B).T
     edge = np.concatenate([fold * [i, 1.0, k] for i in (1.0, -1.0) for k in (1.0, -1.0)])
     x = places_between(one, 4000, seed=2)
     gap = one.gap(x)

@@ -1,12 +1,12 @@
-"""Signed distances from polylines, and what is no wall."""
+"""Signed distances from polylines."""
 
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from softsim.contact.polyline import Polyline, checked_polyline
-from softsim.errors import MeshError
+from softsim.contact.polyline import Polyline
+from softsim.contact.terrain import checked_polyline
 
 # A ground with a step up, an overhang and a notch.
 GROUND = np.array([[0, 0], [10, 0], [9, 4], [16, 4], [17, 1], [18, 4], [30, 6]]) * 1e-3
@@ -64,39 +64,6 @@ def test_ends_go_on_straight():
     np.testing.assert_allclose(outwards[1], np.array([6.0, 1.0]) / np.sqrt(37.0))
     np.testing.assert_allclose(normals[1], np.array([-1.0, 6.0]) / np.sqrt(37.0))
     assert [len(part) for part in Polyline(SQUARE, True).ends] == [0, 0, 0]
-
-
-REFUSED = {
-    "one point": ([[0, 0]], False, "1 different points: at least 2"),
-    "a closed line": ([[0, 0], [1, 0], [0, 0]], True, "2 different points: at least 3"),
-    "twice the same": ([[0, 0], [1, 0], [1, 0], [2, 0]], False, "points 1 and 2 .* are the same"),
-    "crossing": (
-        [[0, 0], [10, 0], [10, 10], [4, -5]], False,
-        r"edges 0 and 2 .*counted from 0, at \(6000, 0\) mm",
-    ),
-    "touching": ([[0, 0], [10, 0], [10, 5], [5, 0], [5, 9]], False, "edges 0 and 2"),
-    "folding back": ([[0, 0], [10, 0], [5, 0]], False, "edges 0 and 1"),
-    "along itself": ([[0, 0], [10, 0], [10, 1], [4, 1], [4, 0], [6, 0]], False, "edges 0 and [34]"),
-    "a bow": ([[0, 0], [1, 1], [1, 0], [0, 1]], True, "edges 0 and 2,"),
-    "ends that cross": ([[0, 1], [1, 1.5], [1, 0], [0, 0.1]], False, "extended straight"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_what_is_no_wall(case):
-    points, closed, message = REFUSED[case]
-    with pytest.raises(MeshError, match=message):
-        checked_polyline(np.array(points, dtype=float), closed)
-
-
-def test_crossings_are_found_among_many_edges():
-    """A closed star of 3,000 edges has none; with two of its corners exchanged it has one there."""
-    turn = 2.0 * np.pi * np.arange(3000)[:, None] / 3000
-    star = (5.0 + np.sin(70.0 * turn)) * np.hstack([np.cos(turn), np.sin(turn)])
-    assert len(checked_polyline(star, True).points) == 3000
-    star[[1500, 1501]] = star[[1501, 1500]]
-    with pytest.raises(MeshError, match="edges 1499 and 1501,"):
-        checked_polyline(star, True)
 
 
 def test_turns_tell_convex_corners_from_concave_ones():

@@ -6,7 +6,8 @@ import taichi as ti
 
 from softsim.compute import fields
 from softsim.contact import terrain
-from softsim.contact.polyline import MOST_CELLS, RIM, PolylineWall, cells_of, checked_polyline
+from softsim.contact.polyline import MOST_CELLS, RIM, PolylineWall, cells_of
+from softsim.contact.terrain import checked_polyline
 
 GROUND = np.array([[0, 0], [10, 0], [9, 4], [16, 4], [17, 1], [18, 4], [30, 6]]) * 1e-3
 STEP = np.array([[-10, 0], [0, 0], [0, -5], [10, -5]]) * 1e-3

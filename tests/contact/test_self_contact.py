@@ -54,7 +54,7 @@ def test_forces_of_nodes_on_facets_edges_and_corners(build, fresh_taichi, text, 
             assert forces[a, i] == pytest.approx(expected, abs=1e-4 * np.abs(forces).max())
 
     rig.contact.friction_coefficient.fill(0.4)
-    rig.contact.damping.fill(1e-3)
+    rig.contact.penalty.c_n.fill(1e-3)
     forces = rig.place(x, np.random.default_rng(4).standard_normal(x.shape), dt=5e-6)
     rubbing = np.abs(fields.read(rig.contact.stretch)).max()
     assert rubbing > 1e-6 if depth > 0.0 else rubbing < 1e-15

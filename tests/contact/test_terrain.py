@@ -7,7 +7,7 @@ import pytest
 
 from softsim.analysis.catalogue import VERDICTS
 from softsim.analysis.passage import CrossingCondition, crossing_report
-from softsim.contact import polyline, terrain
+from softsim.contact import terrain
 from softsim.errors import MeshError, SceneError
 from softsim.output.stop_conditions import see_history
 from softsim.scene.measures import Part
@@ -70,7 +70,7 @@ def test_corners_are_sharp(slope):
         before, foot, more = rng.uniform(0.0, 0.25e-3, 3)
         points = terrain.ramp(np.radians(slope), 10e-3 + more, 50e-3)
         ground = terrain.on_ground(points, np.array([foot, 0.0]), 20e-3 + before)
-        line = polyline.checked_polyline(ground, False)
+        line = terrain.checked_polyline(ground, False)
         away = np.linspace(0.0, 1.5e-3, 121)[:, None]
         for corner in (1, 2):
             back, on = line.directions[corner - 1], line.directions[corner]
@@ -163,3 +163,36 @@ def test_verdicts_say_why(build, rear, verdict, sentence):
 def seen(condition, history):
     see_history([condition], history)
     return condition
+
+
+REFUSED = {
+    "one point": ([[0, 0]], False, "1 different points: at least 2"),
+    "a closed line": ([[0, 0], [1, 0], [0, 0]], True, "2 different points: at least 3"),
+    "twice the same": ([[0, 0], [1, 0], [1, 0], [2, 0]], False, "points 1 and 2 .* are the same"),
+    "crossing": (
+        [[0, 0], [10, 0], [10, 10], [4, -5]], False,
+        r"edges 0 and 2 .*counted from 0, at \(6000, 0\) mm",
+    ),
+    "touching": ([[0, 0], [10, 0], [10, 5], [5, 0], [5, 9]], False, "edges 0 and 2"),
+    "folding back": ([[0, 0], [10, 0], [5, 0]], False, "edges 0 and 1"),
+    "along itself": ([[0, 0], [10, 0], [10, 1], [4, 1], [4, 0], [6, 0]], False, "edges 0 and [34]"),
+    "a bow": ([[0, 0], [1, 1], [1, 0], [0, 1]], True, "edges 0 and 2,"),
+    "ends that cross": ([[0, 1], [1, 1.5], [1, 0], [0, 0.1]], False, "extended straight"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_no_wall(case):
+    points, closed, message = REFUSED[case]
+    with pytest.raises(MeshError, match=message):
+        terrain.checked_polyline(np.array(points, dtype=float), closed)
+
+
+def test_crossings_are_found_among_many_edges():
+    """A closed star of 3,000 edges has none; with two of its corners exchanged it has one there."""
+    turn = 2.0 * np.pi * np.arange(3000)[:, None] / 3000
+    star = (5.0 + np.sin(70.0 * turn)) * np.hstack([np.cos(turn), np.sin(turn)])
+    assert len(terrain.checked_polyline(star, True).points) == 3000
+    star[[1500, 1501]] = star[[1501, 1500]]
+    with pytest.raises(MeshError, match="edges 1499 and 1501,"):
+        terrain.checked_polyline(star, True)

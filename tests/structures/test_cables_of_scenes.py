@@ -37,7 +37,7 @@ def test_what_a_cable_is(build):
     np.testing.assert_array_equal(np.intersect1d(body.tied, cable.nodes), [4, 5])
     assert body.mass == pytest.approx(1e-3 - model.bodies[0].mass)  # a cable is no part of it
     np.testing.assert_array_equal(cable.wall_contact.nodes, cable.nodes[2:])
-    np.testing.assert_allclose(cable.wall_contact.penalty_stiffness, 60.0 / 2e-3)
+    np.testing.assert_allclose(cable.wall_contact.penalty.k_n, 60.0 / 2e-3)
     (drag,) = model.loads
     assert (drag.before, drag.end, drag.drag) == (11, 12, 4e-3)
     np.testing.assert_allclose(drag.axis, [0.0, -1.0])

@@ -160,7 +160,7 @@ def axisymmetric(build, start, tmp_path):
         scene = SCENE.format(formulation="axisymmetric", mass=0.05, force=FORCE)
         solver = start(build(scene), share=0.8)  # stable for both
         soft = pressed(solver)
-        stiffness = solver.terms.supports[0].penalty_stiffness
+        stiffness = solver.terms.supports[0].penalty.k_n
         fields.write(stiffness, 2.0 * fields.read(stiffness))
         return soft, pressed(solver)
 

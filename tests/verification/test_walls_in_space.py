@@ -220,7 +220,7 @@ def test_cylinder_falls_flat(build, start, record_verification):
     assert normal == pytest.approx(weight, rel=1e-6)
     np.testing.assert_allclose(grip.impulse / grip.normal_impulse, [0.0, 1.0, 0.0], atol=1e-6)
     # On the contact springs of two corners.
-    stiffness = model.contact.penalty_stiffness.max()
+    stiffness = model.contact.penalty.k_n.max()
     sunk = 5e-3 - fields.read(bodies.centre)[0, 0, 1]
     assert sunk == pytest.approx(weight / (2.0 * stiffness), rel=1e-6)
     np.testing.assert_allclose(fields.read(bodies.rotation)[0, 0], np.eye(3), atol=1e-6)
