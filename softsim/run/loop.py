@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -97,26 +97,37 @@ class Callback:
 C = TypeVar("C", bound=Callback)
 
 
-class Stepping(Protocol):
+class Stepping:
     """Way in which the blocks of a run advance."""
+
+    def __init__(self, run: "Run") -> None:
+        self.run, self.scenario, self.model = run, run.scenario, run.model
 
     def next_block(self, longest: float) -> int:
         """Begin a block, and return its increments that the solver must compute.
 
         longest: number of increments after which a callback has to act.
         """
+        raise NotImplementedError
 
     def increments_to(self, due: float) -> int:
         """Return the increments until what is due at a time [s] is done; 0 or less: now."""
+        raise NotImplementedError
 
     def contact_time(self) -> float:
         """Return the time [s] over which contact impulses are summed since the last row."""
+        raise NotImplementedError
 
     def is_complete(self) -> bool:
-        """Return True if nothing is left to compute. Raises StabilityError."""
+        """Return True if nothing is left to compute, by default at the end time.
+
+        Raises StabilityError.
+        """
+        return self.run.has_reached_end
 
     def summary(self) -> dict[str, Any]:
         """Return how equilibria were found, for the summary."""
+        return {}
 
 
 class Run:
@@ -321,14 +332,11 @@ class Run:
 # Blocks of the explicit solver.
 
 
-class Increments:
+class Increments(Stepping):
     """Blocks of increments of the explicit solver, up to the end time.
 
     The last increments are shortened so that the run ends exactly there.
     """
-
-    def __init__(self, run: Run) -> None:
-        self.run, self.scenario, self.model = run, run.scenario, run.model
 
     def next_block(self, longest: float) -> int:
         """Return the number of increments until a callback has to act, or the run ends."""
@@ -352,14 +360,6 @@ class Increments:
         """Return the time [s] since the last row."""
         last = max(self.run.progress.last_history, self.model.start_time)
         return self.scenario.time - last
-
-    def is_complete(self) -> bool:
-        """Return True at the end time."""
-        return self.run.has_reached_end
-
-    def summary(self) -> dict[str, Any]:
-        """Return nothing: no equilibrium is sought."""
-        return {}
 
 
 class RelaxationIncrements(Increments):

@@ -8,7 +8,7 @@ from softsim.errors import StabilityError
 from softsim.run.callbacks import RowReader, Rows, refuse_broken
 from softsim.run.cost import INSPECTIONS, KERNEL
 from softsim.run.gradient import asked_parameters, derivatives
-from softsim.run.loop import Callback, Run
+from softsim.run.loop import Callback, Run, Stepping
 from softsim.solver.guards import refuse_broken_elements
 from softsim.statics.forces import TRIAL_DURATION, StaticForces
 from softsim.statics.newton import ArcSteps, Equilibrium, LoadSteps, Newton, NoEquilibriumError
@@ -20,12 +20,12 @@ ADVICE = (
 )
 
 
-class LoadStepping:
+class LoadStepping(Stepping):
     """Blocks of one load step each, whose equilibrium Newton's method finds."""
 
     def __init__(self, run: Run) -> None:
+        super().__init__(run)
         assert run.model.relaxation is not None
-        self.run, self.scenario, self.model = run, run.scenario, run.model
         self.forces = StaticForces(run.scenario.solver)
         self.newton = Newton(self.forces, run.model.relaxation.tolerance)
         self.steps = LoadSteps(self.newton)
@@ -81,10 +81,6 @@ class LoadStepping:
     def contact_time(self) -> float:
         """Return the time [s] of a load step: impulses are those of the last one alone."""
         return TRIAL_DURATION
-
-    def is_complete(self) -> bool:
-        """Return True at the end time."""
-        return self.run.has_reached_end
 
     def summary(self) -> dict[str, Any]:
         """Return what Newton's method needed, and the derivatives of the scene."""

@@ -60,7 +60,7 @@ def test_pause_step_and_sliders_act_between_increments(simulate):
     assert len(run.curve.rows) == 11 and not simulation.record.warnings
     seen = simulation.history
     simulation.reset()
-    simulation._monitors.clear()
+    simulation._calls.monitors.clear()
     simulation.step(10e-3)
     for name, column in simulation.history.items():  # a view that nobody touches has no effect
         np.testing.assert_array_equal(column, seen[name], err_msg=name)
