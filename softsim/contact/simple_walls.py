@@ -26,7 +26,10 @@ class SimpleWall(Wall):
     @staticmethod
     @abstractmethod
     def gap_and_normal(x, *parameters_and_m):
-        """Return the signed gap [m] of points x to a surface, and the unit normal."""
+        """Return the signed gap [m] of points x to a surface, and the unit normal.
+
+        After x come the parameters of the surface and the functions `m` of compute/vectors.py.
+        """
 
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
         of_surfaces = zip(*self.parameters, strict=True)
