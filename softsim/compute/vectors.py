@@ -3,6 +3,11 @@
 Such a formula is a plain function with these functions as its last argument `m`. With NUMPY it
 takes numbers (n,) and vectors (d, n), the components first; with KERNEL, compiled by `ti.func`, the
 numbers and vectors of one point. It carries no annotations, because Taichi would read them.
+
+Operators, `abs` and indexing of components serve both. `where` evaluates both branches, so
+denominators must vanish in neither. `if m.any(condition)` saves work where no point needs it; a
+`where` inside it chooses. Loops over a fixed number take `ti.static`. Formulas that call each other
+are methods of a class that derives from Vectors, and of one in kernels (contact/junction.py).
 """
 
 from typing import Any

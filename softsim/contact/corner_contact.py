@@ -58,10 +58,12 @@ class CornerSurface(DeformableSurface):
     ) -> None:
         of_facets = np.unique(facets)
         size = np.concatenate([np.zeros(len(of_facets)), facet_size])
-        unused, of_facet = np.zeros(len(size)), np.zeros(len(facets))
+        of_points, of_each = np.zeros(len(size)), np.zeros(len(facets))  # not used by corners
         data = SurfaceData(
-            of_facets, facets, size, unused, unused, of_facet, of_facet, unused, np.ones((1, 1))
-        )
+            of_facets, facets, size, point_part=of_points, point_areas=of_points,
+            facet_areas=of_each, facet_stiffness=of_each, point_group=of_points,
+            may_touch=np.ones((1, 1)),
+        )  # fmt: skip
         super().__init__(nodes, data)
         self.frame = frame
         most = max(len(places) for places in corners)

@@ -16,7 +16,7 @@ from softsim.compute.fields import index_field, padded, real_field, vector_field
 from softsim.compute.term import PerScenario
 from softsim.compute.vectors import KERNEL
 from softsim.contact.junction import Junction, RoundedEdges
-from softsim.contact.pipe_path import PipePath, Segment, Tables, bore_gap, piece_distance
+from softsim.contact.pipe_path import PipePath, Segment, SegmentArrays, bore_gap, piece_distance
 from softsim.contact.wall import Obstacle, Wall
 
 # -------------------------------------------------------------------------------------------------
@@ -173,7 +173,7 @@ class NetworkObstacle(Obstacle):
         return gap, normal
 
 
-def joined(tables: Sequence[Tables], name: str) -> np.ndarray:
+def joined(tables: Sequence[SegmentArrays], name: str) -> np.ndarray:
     """Return an array of several bores as one."""
     return np.concatenate([getattr(table, name) for table in tables])
 

@@ -145,7 +145,10 @@ class Piece:
 def bore_gap(x, origin, direction, bend_radius, radius, slope, m):
     """Return the signed gap [m] of x to the wall of the segment beside it, and the unit normal.
 
-    See `Tables`. The gap to a cone is that straight across, which is more than that of its piece.
+    origin: a point on the centre line, of a bend its centre. direction: along the centre line, of a
+    bend its axis (zero in the plane). bend_radius: 0 unless a bend. radius: that of the pipe at the
+    origin, slope: its change with the arc length. The gap to a cone is that straight across, which
+    is more than that of its piece.
     """
     arm = x - origin
     a = m.dot(arm, direction)
@@ -318,9 +321,9 @@ class PipePath:
         return np.array([s.start for s in self.segments])[nearest] + along
 
     @cached_property
-    def tables(self) -> "Tables":
+    def tables(self) -> "SegmentArrays":
         """Data of each segment as arrays."""
-        return Tables(self)
+        return SegmentArrays(self)
 
     def gap(self, x: np.ndarray) -> np.ndarray:
         """Return the signed gap (n,) [m] of points x (n, d), negative in the wall."""
@@ -361,7 +364,7 @@ class PipePath:
         return self.segments[max(0, int(np.searchsorted(starts, s, side="right")) - 1)]
 
 
-class Tables:
+class SegmentArrays:
     """Data of each segment of a path as arrays (segments + 2, ...).
 
     The first and last are those of the spaces before its start and beyond its end.

@@ -150,7 +150,7 @@ class Polyline:
         edge, one = NUMPY.norm(apart).argmin(axis=1), np.arange(len(x))
         begin, end = self.spans[edge].T
         first_normal, last_normal = self.corner_normals[edge].transpose(1, 2, 0)
-        gap, _ = gap_and_normal(
+        gap, _ = edge_gap_and_normal(
             arm[:, one, edge], along[one, edge], apart[:, one, edge], begin, end,
             self.normals[edge].T, first_normal, last_normal, NUMPY,
         )  # fmt: skip
@@ -175,11 +175,11 @@ def nearest_on_edge(arm, direction, begin, end, m):
     return along, arm - along * direction
 
 
-def gap_and_normal(arm, along, apart, begin, end, normal, first_normal, last_normal, m):
+def edge_gap_and_normal(arm, along, apart, begin, end, normal, first_normal, last_normal, m):
     """Return the signed gap [m] of x to its nearest edge, and the gradient.
 
-    arm, begin, end: as above. along, apart: position of the nearest point and vector from there.
-    normal: that of the edge. first_normal, last_normal: those of its corners.
+    arm, begin, end: as in `nearest_on_edge`, whose results are along and apart. normal: that of the
+    edge. first_normal, last_normal: those of its corners.
     """
     gap, n = m.dot(arm, normal), normal
     at_corner = (along == begin) | (along == end)
@@ -289,7 +289,7 @@ class PolylineObstacle(Obstacle):
 
     def __init__(self, walls: Sequence["PolylineWall"], nodes: int) -> None:
         """Build the fields of the obstacle; `nodes`: number of contact nodes."""
-        formulas = nearest_on_edge, gap_and_normal
+        formulas = nearest_on_edge, edge_gap_and_normal
         self.nearest_on_edge, self.edge_gap_and_normal = map(ti.func, formulas)
         self.dimension = walls[0].dimension
         kept, number = different([w.polyline for w in walls])

@@ -66,7 +66,7 @@ class Axisymmetric(Geometry):
         return 2.0 * np.pi * points[cells][:, :, 0]
 
     @staticmethod
-    def facet_volume_and_gradient(x, depth, m):
+    def facet_volume_and_gradient(x, factor, m):
         """Return the volume of an edge's frustum down to the axis, and its gradient at both ends.
 
         They are those of whole rings.

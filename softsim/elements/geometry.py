@@ -129,17 +129,19 @@ class Geometry(ABC):
         return facets
 
     @property
-    def facet_depth(self) -> float:
-        """Depth of a section as `facet_volume_and_gradient` takes it; 1 where it takes none."""
+    def facet_factor(self) -> float:
+        """Factor of a facet's volume: thickness [m] or sector [rad] of a section, else 1."""
         return 1.0
 
     @staticmethod
     @abstractmethod
-    def facet_volume_and_gradient(x, depth, m):
-        """Return the volume [m^3] that a facet bounds, and its gradient by each node [m^2].
+    def facet_volume_and_gradient(x, factor, m):
+        """Return the volume [m^3] that a facet adds to its chamber, and the forces [m^2] of a
+        pressure of 1 Pa on its nodes.
 
-        x: positions of the facet's nodes, as from `pressed`. One text serves numpy and kernels, see
-        compute/vectors.py.
+        Summed over a closed surface the forces are the gradient of the volume; those of a single
+        facet need not be. x: positions of the facet's nodes, as from `pressed`. factor: that of
+        `facet_factor`. One text serves numpy and kernels, see compute/vectors.py.
         """
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
@@ -154,7 +156,7 @@ class Geometry(ABC):
 
     def _volumes_and_gradients(self, x: np.ndarray, facets: np.ndarray) -> tuple[Any, Any]:
         of_nodes = [x[nodes].T for nodes in facets.T]
-        volumes, gradients = self.facet_volume_and_gradient(of_nodes, self.facet_depth, NUMPY)
+        volumes, gradients = self.facet_volume_and_gradient(of_nodes, self.facet_factor, NUMPY)
         return volumes, gradients
 
     @abstractmethod
@@ -200,14 +202,14 @@ class Facets:
         self.nodes, self.corner_nodes, self.kind = nodes, facets, geometry.name
         self.count, self.corners = facets.shape
         self.node = index_field(facets)
-        self.depth = real_field(np.array([geometry.facet_depth]))
+        self.factor = real_field(np.array([geometry.facet_factor]))
         self.formula = ti.func(geometry.facet_volume_and_gradient)
 
     @ti.func
     def unit_forces(self, s, i):
         """Return the forces (corner, component) of a pressure of 1 Pa on facet i [m^2]."""
         x = [self.nodes.position[s, self.node[i, c]] for c in ti.static(range(self.corners))]
-        _, gradient = self.formula(x, self.depth[0], KERNEL)
+        _, gradient = self.formula(x, self.factor[0], KERNEL)
         forces = ti.Matrix.zero(backend.real, self.corners, self.nodes.dimension)
         for c, k in ti.static(ti.ndrange(self.corners, self.nodes.dimension)):
             forces[c, k] = gradient[c][k]
@@ -217,7 +219,7 @@ class Facets:
     def volume(self, s, i):
         """Return the volume [m^3] that facet i adds to that of its chamber."""
         x = [self.nodes.position[s, self.node[i, c]] for c in ti.static(range(self.corners))]
-        volume, _ = self.formula(x, self.depth[0], KERNEL)
+        volume, _ = self.formula(x, self.factor[0], KERNEL)
         return volume
 
 

@@ -31,16 +31,18 @@ class PlaneStrain(Geometry):
         return np.array([[self.thickness]])
 
     @property
-    def facet_depth(self) -> float:
+    def facet_factor(self) -> float:
         """Thickness [m]."""
         return self.thickness
 
     @staticmethod
-    def facet_volume_and_gradient(x, depth, m):
-        """Return the volume of an edge's prism to the origin, and its gradient at both ends."""
+    def facet_volume_and_gradient(x, thickness, m):
+        """Return the volume of an edge's prism to the origin, and the forces of 1 Pa on its ends,
+        half of the edge's area each.
+        """
         a, b = x[0], x[1]
-        volume = 0.5 * depth * (a[1] * b[0] - a[0] * b[1])
-        half = 0.5 * depth * m.vector([a[1] - b[1], b[0] - a[0]])
+        volume = 0.5 * thickness * (a[1] * b[0] - a[0] * b[1])
+        half = 0.5 * thickness * m.vector([a[1] - b[1], b[0] - a[0]])
         return volume, [half, half]
 
     def corner_areas(self, x: np.ndarray, edges: np.ndarray) -> np.ndarray:

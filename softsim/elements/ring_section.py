@@ -206,12 +206,12 @@ class RingSection(Geometry):
         return np.column_stack([edges, first_node + self.opposite[edges - first_node]])
 
     @property
-    def facet_depth(self) -> float:
+    def facet_factor(self) -> float:
         """Sector [rad]."""
         return self.sector
 
     @staticmethod
-    def facet_volume_and_gradient(x, depth, m):
+    def facet_volume_and_gradient(x, sector, m):
         """Return the volume between an edge and the axis over the sector, and its gradient.
 
         It is that of frusta, sector/6 h (a^2 + a b + b^2) with radii a, b and the length h along
@@ -224,7 +224,7 @@ class RingSection(Geometry):
         D, d_a, d_b = x[1] - x[0], x[0] - x[2], x[1] - x[3]
         l_a, l_b = m.norm(d_a), m.norm(d_b)
         c_a, c_b = D[0] * d_a[1] - D[1] * d_a[0], D[0] * d_b[1] - D[1] * d_b[0]
-        part = depth / 24.0
+        part = sector / 24.0
         weight_a, weight_b = part * (l_a + 0.5 * l_b), part * (l_b + 0.5 * l_a)
         normal = m.vector([-D[1], D[0]])  # d(D x d)/dd
         of_edge = weight_a * d_a + weight_b * d_b

@@ -341,11 +341,12 @@ class Solid(Geometry):
         return np.ones((1, 1))
 
     @staticmethod
-    def facet_volume_and_gradient(x, depth, m):
-        """Return the volume of the cone from the origin to a facet, and its gradient at the nodes.
+    def facet_volume_and_gradient(x, factor, m):
+        """Return the volume of the cone from the origin to a facet, and the forces of 1 Pa on its
+        nodes: a third of its area on each node of a triangle.
 
         Facets are triangles or bilinear quadrilaterals, with the outward normal of the material by
-        the right-hand rule. Each node of a triangle has a third of its area.
+        the right-hand rule.
         """
         share = ti.static(SHARES[len(x)])
         volume, gradient = 0.0 * x[0][0], [0.0 * place for place in x]

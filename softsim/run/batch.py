@@ -33,7 +33,7 @@ from softsim.run.callbacks import (
 )
 from softsim.run.control import Feedback
 from softsim.run.cost import KERNEL, WallClock, measured_profile
-from softsim.run.loop import Callback, Increments, RelaxationIncrements, Results, Run, Stepping
+from softsim.run.loop import Callback, IncrementStepping, RelaxationStepping, Results, Run, Stepping
 from softsim.run.record import CHANGED_BY_HAND, Progress, Record
 from softsim.run.statics import Equilibria, LoadStepping, PathStepping, RowDerivatives
 from softsim.solver.energy import EnergyReader, interrupted_before_start, settle
@@ -218,8 +218,9 @@ def assembled(
     stable step; `Equilibria` warns of an energy error and of an unstable end, `RowDerivatives`
     computes those that the scene asks for.
 
-    Beside the runs a batch calls monitors, writes checkpoints by the wall clock and shows the
-    state (end of this file).
+    Unless a monitor follows the run or something reads each row, columns of many rows are computed
+    together (`Rows.gather`). Beside the runs a batch calls monitors, writes checkpoints by the wall
+    clock and shows the state (end of this file).
 
     given: stop conditions in addition to those of the scene.
     """
@@ -234,7 +235,7 @@ def assembled(
         return stepping, [guards, feedback, rows, equilibria, stop, frames, derivatives]
     rows = Rows(run, [feedback, stop])
     between = [StableSteps(run), guards, feedback, rows, EnergyGuard(run, rows), stop, frames]
-    return Increments(run) if path is None else RelaxationIncrements(run), between
+    return IncrementStepping(run) if path is None else RelaxationStepping(run), between
 
 
 # -------------------------------------------------------------------------------------------------
@@ -366,8 +367,11 @@ class Batch:
         return [run.outcome for run in self.runs if run.outcome is not None]
 
     def _loop(self, report: ProgressReport, asked: list[int], monitors: Sequence[Monitor]) -> None:
-        calls = CallMonitors(self.runs[0], monitors, asked)
-        beside = [calls, Checkpoints(self, asked), Display(self, report)]
+        beside: tuple[BatchCallback, ...] = (
+            CallMonitors(self.runs[0], monitors, asked),
+            Checkpoints(self, asked),
+            Display(self, report),
+        )
         for s, error in self.unsettled.items():
             with self._attended(self.runs[s]):
                 with suppress(StabilityError):  # a symptom of the same
@@ -375,7 +379,8 @@ class Batch:
                         callback.act()
                 raise error
         self.act()
-        calls.start()
+        for callback in beside:
+            callback.at_start()
         if not monitors:
             for run in self.running:
                 run.callback(Rows).gather()
@@ -384,7 +389,7 @@ class Batch:
                 callback.before_block()
             self.do_blocks()
             for callback in beside:
-                callback.act()
+                callback.after_block()
         for callback in beside:
             callback.at_end()
 
@@ -471,7 +476,25 @@ class Batch:
 # except monitors that change loads.
 
 
-class CallMonitors(Callback):
+class BatchCallback:
+    """One concern of a batch, which acts between the blocks of its runs; by default it does
+    nothing.
+    """
+
+    def at_start(self) -> None:
+        """Act before the first block."""
+
+    def before_block(self) -> None:
+        """Act before a block."""
+
+    def after_block(self) -> None:
+        """Act after a block, once the callbacks of the runs have acted."""
+
+    def at_end(self) -> None:
+        """Act after the last block."""
+
+
+class CallMonitors(BatchCallback):
     """Calls of the monitors of a run; one that raises an error is removed, with a warning.
 
     signals: SIGINT and SIGTERM received so far.
@@ -480,7 +503,7 @@ class CallMonitors(Callback):
     def __init__(self, run: Run, monitors: Sequence[Monitor], signals: Sequence[int]) -> None:
         self.run, self.monitors, self.signals = run, list(monitors), signals
 
-    def start(self) -> None:
+    def at_start(self) -> None:
         """Start the monitors."""
         self._call(lambda monitor: monitor.start(self.run))
 
@@ -510,7 +533,7 @@ class CallMonitors(Callback):
                     log.info("traceback of %s", name, exc_info=error)
 
 
-class Checkpoints(Callback):
+class Checkpoints(BatchCallback):
     """Checkpoints by the wall clock, and at a signal, which ends the batch.
 
     signals: SIGINT and SIGTERM received so far.
@@ -530,7 +553,7 @@ class Checkpoints(Callback):
                 hint="continue with --resume",
             )
 
-    def act(self) -> None:
+    def after_block(self) -> None:
         """Write checkpoints if the last ones are old."""
         since = time.monotonic() - self.last
         if since >= min(run.output.checkpoint_interval for run in self.batch.runs):
@@ -538,13 +561,13 @@ class Checkpoints(Callback):
             self.last = time.monotonic()
 
 
-class Display(Callback):
+class Display(BatchCallback):
     """State of the slowest run on the console."""
 
     def __init__(self, batch: Batch, report: ProgressReport) -> None:
         self.batch, self.report = batch, report
 
-    def act(self) -> None:
+    def after_block(self) -> None:
         """Show the state if what is shown is old."""
         if not self.report.is_due:
             return

@@ -165,7 +165,7 @@ class Guards(Callback):
         """Raise StabilityError for a missed contact or a collapsed chamber."""
         scenario = self.scenario
         if scenario.has_missed_contact():
-            refuse_broken(self.run)  # a cause says more than a symptom
+            refuse_broken(self.run)  # the cause, if an element is broken
             refuse_crowding(scenario.time)
         for load in self.model.pressures:
             if load.source.needs_volume:
@@ -204,7 +204,9 @@ class RowReader(Callback):
         return {}
 
     def see_row(self, row: Mapping[str, float]) -> None:
-        """Process a row of the history: column -> number, SI."""
+        """Process a row of the history, column -> number in SI units: each row if
+        `needs_each_row`, else the last of those computed together.
+        """
 
 
 class Rows(Callback):
@@ -291,7 +293,7 @@ class EnergyGuard(Callback):
             return
         values = asdict(self.rows.energies)
         largest = max(values, key=lambda k: abs(values[k]))
-        refuse_broken(run)  # a cause says more than a symptom
+        refuse_broken(run)  # the cause, if an element is broken
         with failed_frame_kept(run):
             refuse_energy_error(run.model, error, run.scenario.time, largest)
 

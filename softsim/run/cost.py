@@ -245,10 +245,10 @@ INSPECTIONS, ROWS, FRAMES, CHECKPOINTS = "inspections", "rows", "frames", "check
 class WallClock:
     """Wall time of runs that are computed together.
 
-    It is measured from their start, from the start of their loop, and from the end of its first
-    block, which compiles kernels; the rate counts from there. counts_before: increments of each run
-    (scenarios,) done before that. spent: wall time [s] of each part; START is all before the loop,
-    including the settling of bodies.
+    began: when they started. steady_since: when the first block ended, which compiles kernels;
+    rates count from there. counts_before: increments of each run (scenarios,) done before that.
+    spent: wall time [s] of each part; START is all before the loop, including the settling of
+    bodies.
     """
 
     def __init__(self) -> None:

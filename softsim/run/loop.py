@@ -1,9 +1,9 @@
 """The loop of a run: blocks of increments, and the callbacks that act between them.
 
-`Run` knows how its blocks advance (`Stepping`) and what acts between them (`Callback`), in an order
-that `assembled` (batch.py) gives and describes. A block ends where a callback has to act or where
-the run ends. That depends on scene and model only, so a run takes the same course whatever is
-computed beside it and whatever stops it.
+A run has a `Stepping`, which advances its blocks, and callbacks, which act between them in the
+order of `assembled` (batch.py). A block ends where a callback has to act or where the run ends.
+That depends on scene and model only, so results depend neither on other runs of the batch nor on
+interruptions.
 """
 
 import logging
@@ -67,11 +67,16 @@ class Callback:
     """One concern of a run, which acts between its blocks of increments; by default it does
     nothing.
 
-    It begins with the state in `Run.progress`, where it keeps what a checkpoint must contain.
+    `assembled` (batch.py) lists the callbacks of a run. What a resumed run needs of their state is
+    in `Run.progress`, everything else is lost. A callback ends the run by setting `Run.finished`.
     """
 
     def increments_left(self) -> float:
-        """Return the number of increments after which it has to act."""
+        """Return the number of increments, at least 1, after which the block must end for it.
+
+        It must follow from scene and model alone: the ends of blocks influence the last bits of
+        results.
+        """
         return math.inf
 
     def before_block(self) -> None:
@@ -81,7 +86,7 @@ class Callback:
         """Check the state that a block has reached."""
 
     def act(self) -> None:
-        """Act on the state at the start, and on that after each block, once it is checked."""
+        """Act on the state at the start, also of a resumed run, and after each checked block."""
 
     def flush(self) -> None:
         """Write what is gathered: the state is about to be stored, or the run to end."""
@@ -111,7 +116,7 @@ class Stepping:
         raise NotImplementedError
 
     def increments_to(self, due: float) -> int:
-        """Return the increments until what is due at a time [s] is done; 0 or less: now."""
+        """Return the increments after which output due at a time [s] is written; 0 or less: now."""
         raise NotImplementedError
 
     def contact_time(self) -> float:
@@ -126,7 +131,7 @@ class Stepping:
         return self.run.has_reached_end
 
     def summary(self) -> dict[str, Any]:
-        """Return how equilibria were found, for the summary."""
+        """Return entries of summary.json about how the run advanced; none by default."""
         return {}
 
 
@@ -332,7 +337,7 @@ class Run:
 # Blocks of the explicit solver.
 
 
-class Increments(Stepping):
+class IncrementStepping(Stepping):
     """Blocks of increments of the explicit solver, up to the end time.
 
     The last increments are shortened so that the run ends exactly there.
@@ -343,7 +348,7 @@ class Increments(Stepping):
         scenario, dt = self.scenario, self.scenario.time_increment
         left = self.model.end_time - scenario.time
         count = int(min(longest_block(self.model.element_count), longest))
-        if left <= 0.0:  # a relaxation goes on until forces balance
+        if self.run.has_reached_end:  # a relaxation goes on until forces balance
             return count
         to_end = max(1, int(np.ceil(left / dt - 1e-9)))
         if to_end > count:
@@ -352,7 +357,7 @@ class Increments(Stepping):
         return to_end
 
     def increments_to(self, due: float) -> int:
-        """Return the number of increments until what is due at a time [s] is done."""
+        """Return the increments after which output due at a time [s] is written; 0 or less: now."""
         scenario = self.scenario
         return increments_to(due, scenario.time, scenario.time_increment, self.model.end_time)
 
@@ -362,8 +367,8 @@ class Increments(Stepping):
         return self.scenario.time - last
 
 
-class RelaxationIncrements(Increments):
-    """Increments of a static run by relaxation, which goes on until forces balance."""
+class RelaxationStepping(IncrementStepping):
+    """Blocks of a static run by relaxation, which goes on until forces balance."""
 
     def is_complete(self) -> bool:
         """Return True once forces balance after the end time.
@@ -384,7 +389,7 @@ class RelaxationIncrements(Increments):
 
 
 def increments_to(due: float, time: float, dt: float, end: float) -> int:
-    """Return the number of increments until what is due at a time is written; 0 or less: now.
+    """Return the number of increments after which output due at a time is written; 0 or less: now.
 
     It is written with the last increment that does not end after that time, so that a row shows the
     load that acted up to then, and not the next ramp of a load with a corner there. From the end of

@@ -40,10 +40,14 @@ CHANGED_BY_HAND = "changed by hand"
 class Progress:
     """Progress of a run, besides the solver's state: times [s], energies [J], counts.
 
-    time_increment: the step in use [s]. told_step: the stable step that was told last [s]. control:
-    state of a controlled pressure. row_count, frame_count: entries of the run's files when the
-    checkpoint was written. warnings: kind -> text of the run's warnings so far. derivatives: those
-    that a static run has computed, with their times.
+    time_increment: the step in use [s]. row_count, frame_count: entries of the run's files when the
+    checkpoint was written. warnings: kind -> text of the run's warnings so far.
+
+    Of the callbacks: schedule and told_step, the stable step [s] that was reported last, of
+    StableSteps; next_history, last_history, initial_balance, largest_energy and
+    largest_energy_error of Rows; next_frame of FrameOutput; control, the state of a controlled
+    pressure, of Feedback; derivatives, with their times, of RowDerivatives. StopConditions are
+    rebuilt from the rows.
     """
 
     schedule: StableStepSchedule
@@ -81,7 +85,9 @@ class HistoryRows(Protocol):
 
 
 class Record:
-    """Record of a run; by default it has no frames, and messages go to the package's log.
+    """Record of a run, by default without frames and without a log of its own.
+
+    Warnings and messages go to the package's log and to the console.
 
     loaded, model: scene, and the model built from it. path: run folder, or scene file. history: its
     rows. summary: as it was written last. warnings: kind -> text of all warnings so far, in order

@@ -99,7 +99,9 @@ class Output(Spec):
         default=written("2 ms"), description="Simulated time between rows of history.csv."
     )
     frame_interval: PositiveTime = Field(
-        default=written("100 ms"), description="Simulated time between stored fields (frames)."
+        default=written("100 ms"),
+        description="Simulated time between stored fields (frames). A dynamic run stores them with "
+        "rows, so it should be a multiple of `history_interval`.",
     )
     checkpoint_interval: PositiveTime = Field(
         default=written("30 s"), description="Wall time between checkpoints."

@@ -47,7 +47,7 @@ LARGEST_INDEX = 2**22 - 1
 
 
 class Span(NamedTuple):
-    """Number of increments of dt [s] of a scenario to run; it does not change if there are none.
+    """Increments of dt [s] of a scenario to run; one with 0 increments does not change.
 
     Increment k, from 1, ends at start + (done + k) dt, where `done` increments of the same block
     precede this part: a block in parts passes through the same times, bit for bit, as a whole one.
@@ -90,22 +90,23 @@ class Loop:
 
 @dataclass(frozen=True)
 class Substep:
-    """Stages of an increment that are called with the same duration, a column of the spans.
+    """Stages of an increment whose passes get the same duration as their `dt`.
 
-    moves: True if the stages move nodes; without a duration they are left out.
+    column: of the spans, with that duration: DRIFT, DT or KICK. moves: True if the stages move
+    nodes; where their duration is zero they are left out.
     """
 
     stages: list[Passes]
-    duration: int
+    column: int
     moves: bool = False
 
 
 @dataclass(frozen=True)
 class TimedStage:
-    """Stage of a substep in the form that kernels use."""
+    """Stage in the form that kernels use, with the properties of its substep."""
 
     loops: list[Loop]
-    duration: int
+    column: int
     moves: bool
 
 
@@ -118,7 +119,7 @@ def timed(substeps: Sequence[Substep]) -> list[TimedStage]:
     return [
         TimedStage(
             [Loop(counts, next(number), rounded(p.count), p.functions) for p in stage],
-            substep.duration,
+            substep.column,
             substep.moves,
         )
         for substep in substeps
@@ -247,13 +248,13 @@ class IncrementKernels:
                 t = self._time(s, k + 1)
                 for stage in ti.static(self.stages):
                     if self._has_part(stage, s):
-                        self._work(stage, s, worker, workers, t, self.spans[s, stage.duration])
+                        self._work(stage, s, worker, workers, t, self.spans[s, stage.column])
                         met = self.barrier.meet(met, workers, zero)
 
     @ti.func
     def _has_part(self, stage: ti.template(), s):  # type: ignore[valid-type]  # Taichi wants an instance
         """Return True if a stage is to be done in the increments of scenario s."""
-        return ti.static(not stage.moves) or self.spans[s, stage.duration] > 0.0
+        return ti.static(not stage.moves) or self.spans[s, stage.column] > 0.0
 
     @ti.func
     def _work(self, stage: ti.template(), s, worker, workers, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
@@ -274,7 +275,7 @@ class IncrementKernels:
                 t = self._time(s, k + 1)
                 for stage in ti.static(self.stages):
                     if self._has_part(stage, s):
-                        work_in_team(stage, s, member, t, self.spans[s, stage.duration])
+                        work_in_team(stage, s, member, t, self.spans[s, stage.column])
                         ti.simt.block.sync()
 
     @ti.kernel
@@ -284,7 +285,7 @@ class IncrementKernels:
                 for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
                     if first + n < self.spans[s, INCREMENTS] and self._has_part(stage, s):
                         t = self._time(s, first + n + 1)
-                        work_at(stage, s, i, t, self.spans[s, stage.duration])
+                        work_at(stage, s, i, t, self.spans[s, stage.column])
 
     @ti.kernel
     def shift(self, s: ti.i32, t: ti.f64, dt: ti.f64):
