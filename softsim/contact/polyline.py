@@ -289,8 +289,7 @@ class PolylineObstacle(Obstacle):
 
     def __init__(self, walls: Sequence["PolylineWall"], nodes: int) -> None:
         """Build the fields of the obstacle; `nodes`: number of contact nodes."""
-        formulas = nearest_on_edge, gap_and_normal
-        self.nearest_on_edge, self.edge_gap_and_normal = map(ti.func, formulas)
+        self.nearest_on_edge, self.gap_of_edge = map(ti.func, (nearest_on_edge, gap_and_normal))
         self.dimension = walls[0].dimension
         kept, number = different([w.polyline for w in walls])
         cells = [walls[number.index(k)].cells for k in range(len(kept))]
@@ -406,7 +405,7 @@ class PolylineObstacle(Obstacle):
             square = arm.norm_sqr()
             if square < least:
                 e, along, apart, least = one, t, arm, square
-        return self.edge_gap_and_normal(
+        return self.gap_of_edge(
             q - self.start[e], along, apart, self.begins_at[e], self.ends_at[e], self.normal[e],
             self.first_normal[e], self.last_normal[e], KERNEL,
         )  # fmt: skip
