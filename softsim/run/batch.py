@@ -379,19 +379,19 @@ class Batch:
                         callback.act()
                 raise error
         self.act()
-        for callback in beside:
-            callback.at_start()
+        for concern in beside:
+            concern.at_start()
         if not monitors:
             for run in self.running:
                 run.callback(Rows).gather()
         while self.running:
-            for callback in beside:
-                callback.before_block()
+            for concern in beside:
+                concern.before_block()
             self.do_blocks()
-            for callback in beside:
-                callback.after_block()
-        for callback in beside:
-            callback.at_end()
+            for concern in beside:
+                concern.after_block()
+        for concern in beside:
+            concern.at_end()
 
     def do_blocks(self) -> None:
         """Advance each run by a block of increments, and let its callbacks act."""
