@@ -9,6 +9,7 @@ interruptions.
 import logging
 import math
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -102,26 +103,26 @@ class Callback:
 C = TypeVar("C", bound=Callback)
 
 
-class Stepping:
+class Stepping(ABC):
     """Way in which the blocks of a run advance."""
 
     def __init__(self, run: "Run") -> None:
         self.run, self.scenario, self.model = run, run.scenario, run.model
 
+    @abstractmethod
     def next_block(self, longest: float) -> int:
         """Begin a block, and return its increments that the solver must compute.
 
         longest: number of increments after which a callback has to act.
         """
-        raise NotImplementedError
 
+    @abstractmethod
     def increments_to(self, due: float) -> int:
         """Return the increments after which output due at a time [s] is written; 0 or less: now."""
-        raise NotImplementedError
 
+    @abstractmethod
     def contact_time(self) -> float:
         """Return the time [s] over which contact impulses are summed since the last row."""
-        raise NotImplementedError
 
     def is_complete(self) -> bool:
         """Return True if nothing is left to compute, by default at the end time.

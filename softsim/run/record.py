@@ -131,7 +131,7 @@ class Record:
         self, scenario: Scenario, progress: Progress, inspected: np.ndarray
     ) -> None:
         """Store the full state; inspected: nodal positions (n, d) [m] at the last inspection."""
-        raise NotImplementedError
+        raise NotImplementedError  # no ABC: its other methods may stay empty
 
     def write_end(self, scenario: Scenario, progress: Progress, inspected: np.ndarray) -> None:
         """Store the state at the end of the run, from which a later step continues."""
@@ -143,7 +143,7 @@ class Record:
 
     def rows(self) -> dict[str, np.ndarray]:
         """Return the rows of the history so far (column -> array)."""
-        raise NotImplementedError
+        raise NotImplementedError  # no ABC: its other methods may stay empty
 
     def close(self) -> None:
         """Close the record."""
