@@ -98,34 +98,13 @@ class Body:
 class SelfContactData(SurfaceData):
     """Surfaces of deformable bodies that may touch themselves and each other.
 
-    Per point (k + f,): penalty_stiffness k_n [N/m], damping_time c_n / k_n [s]. tangential_ratio:
-    k_t / k_n; tangential_damping_fraction: c_t / c_n. friction_coefficient (groups, groups);
+    penalty: springs and dashpots of the points (k + f,). friction_coefficient (groups, groups);
     adhesion: its laws, None where nothing adheres.
     """
 
-    penalty_stiffness: np.ndarray
-    damping_time: np.ndarray
-    tangential_ratio: float
-    tangential_damping_fraction: float
+    penalty: Penalty
     friction_coefficient: PerScenario[np.ndarray]
     adhesion: PairLaws | None = None
-
-    @property
-    def penalty(self) -> Penalty:
-        """Springs and dashpots of the points (k + f,)."""
-        k_n, c_n = self.penalty_stiffness, self.penalty_stiffness * self.damping_time
-        k_t, c_t = self.tangential_ratio * k_n, self.tangential_damping_fraction * c_n
-        return Penalty(k_n, k_t, c_n, c_t)
-
-    def summed_at_nodes(self, of_points: np.ndarray) -> np.ndarray:
-        """Return the sum (k,) of values of points over each vertex and the centroids around it.
-
-        of_points (k + f,): values of all points; a vertex gets an equal part of each centroid's.
-        """
-        d = self.facets.shape[1]
-        own, centroids = np.split(of_points, [len(self.nodes)])
-        number = np.searchsorted(self.nodes, self.facets)
-        return own + np.bincount(number.ravel(), np.repeat(centroids / d, d), len(self.nodes))
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Contact: stiffness, damping and mass of each node."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -10,6 +10,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from softsim.contact.adhesion import Adhesion, CohesiveLaw, PairLaws, SeparationRate
+from softsim.contact.deformable_surface import SurfaceData
+from softsim.contact.forces import Penalty
 from softsim.contact.surface_contact import ALLOWED_PENETRATION, ContactData
 from softsim.contact.wall import Wall
 from softsim.elements.geometry import nodal_sums
@@ -304,7 +306,7 @@ def self_contact(
     point_group, is_in = point_groups(contact_surfaces(settings, by_name), nodes, facets)
     friction = friction_between(settings, is_in)
     surfaces_named = Surfaces(facets, longest, per_area, by_name, is_in, friction >= 0.0)
-    data = SelfContactData(
+    surface = SurfaceData(
         nodes=nodes,
         facets=facets,
         point_size=np.concatenate([size[nodes], longest]),
@@ -312,19 +314,19 @@ def self_contact(
         point_areas=at_points(vertex_areas, centroid_areas),
         facet_areas=corner_areas.sum(axis=1),
         facet_stiffness=per_area,
-        # Each of the two half passes has half of the stiffness.
-        penalty_stiffness=0.5
-        * at_points(per_area[:, None] * vertex_areas, per_area * centroid_areas),
-        damping_time=np.zeros(len(nodes) + len(facets)),
-        tangential_ratio=settings.tangential_stiffness_ratio,
-        tangential_damping_fraction=settings.tangential_damping_fraction,
         point_group=point_group,
         may_touch=friction >= 0.0,
+    )
+    # Each of the two half passes has half of the stiffness.
+    k_n = 0.5 * at_points(per_area[:, None] * vertex_areas, per_area * centroid_areas)
+    is_rigid = np.isin(nodes, facets[np.isinf(moduli)])
+    c_n = k_n * damping_times(settings.damping_ratio, surface, k_n, mass, is_rigid)
+    return SelfContactData(
+        **vars(surface),
+        penalty=Penalty.from_settings(settings, k_n, c_n),
         friction_coefficient=friction,
         adhesion=pair_laws(names, bodies, surfaces_named),
     )
-    is_rigid = np.isin(nodes, facets[np.isinf(moduli)])
-    return replace(data, damping_time=damping_times(settings.damping_ratio, data, mass, is_rigid))
 
 
 def refuse_no_facets(names: Names, moduli: np.ndarray) -> None:
@@ -369,7 +371,11 @@ def stiffness_per_area(
 
 
 def damping_times(
-    damping_ratio: float, data: SelfContactData, mass: np.ndarray, is_rigid: np.ndarray
+    damping_ratio: float,
+    surface: SurfaceData,
+    k_n: np.ndarray,
+    mass: np.ndarray,
+    is_rigid: np.ndarray,
 ) -> np.ndarray:
     """Return c_n / k_n of each point (k + f,) [s], with the mass (n,) [kg] of all nodes; is_rigid:
     True for vertices (k,) of rigid bodies, which have no mass of their own and take the median.
@@ -377,11 +383,11 @@ def damping_times(
     Two equal nodes m that press each other have the springs k and dashpots c of both half passes:
     c = 2 zeta sqrt(k m / 2) / 2 of each, with k = 2 k_n.
     """
-    own = data.summed_at_nodes(data.penalty_stiffness)
+    nodes, own = surface.nodes, surface.summed_at_nodes(k_n)
     time = np.zeros(len(mass))
-    time[data.nodes] = damping_ratio * np.sqrt(mass[data.nodes] / np.maximum(own, 1e-300))
-    time[data.nodes[is_rigid]] = np.median(time[data.nodes[~is_rigid]])
-    return np.concatenate([time[data.nodes], time[data.facets].mean(axis=1)])
+    time[nodes] = damping_ratio * np.sqrt(mass[nodes] / np.maximum(own, 1e-300))
+    time[nodes[is_rigid]] = np.median(time[nodes[~is_rigid]])
+    return np.concatenate([time[nodes], time[surface.facets].mean(axis=1)])
 
 
 def cut_faces(names: Names, points: np.ndarray, facets: np.ndarray) -> np.ndarray:

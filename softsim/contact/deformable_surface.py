@@ -239,6 +239,16 @@ class SurfaceData:
         """Connected part of the bodies (f,) that each facet belongs to."""
         return self.point_part[len(self.nodes) :]
 
+    def summed_at_nodes(self, of_points: np.ndarray) -> np.ndarray:
+        """Return the sum (k,) of values of points over each vertex and the centroids around it.
+
+        of_points (k + f,): values of all points; a vertex gets an equal part of each centroid's.
+        """
+        d = self.facets.shape[1]
+        own, centroids = np.split(of_points, [len(self.nodes)])
+        number = np.searchsorted(self.nodes, self.facets)
+        return own + np.bincount(number.ravel(), np.repeat(centroids / d, d), len(self.nodes))
+
 
 class DeformableSurface:
     """Kernel class of the facets that touch, and of the points that do."""

@@ -59,6 +59,10 @@ class Penalty:
         """Return k_n + 2 c_n / dt and k_t + 2 c_t / dt (k,) [N/m], see solver/stable_step.py."""
         return self.k_n + 2.0 * self.c_n / dt, self.k_t + 2.0 * self.c_t / dt
 
+    def largest_stiffness(self, dt: float) -> np.ndarray:
+        """Return the larger of both stiffnesses with dashpots (k,) [N/m]."""
+        return np.maximum(*self.stiffness_with_dashpots(dt))
+
 
 class PenaltyFields:
     """Springs and dashpots of contact points in kernels."""

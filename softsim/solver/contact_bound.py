@@ -18,7 +18,6 @@ contact fades: 3 k (z / l)^2, a hundredth of k at the default penetration z.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh
@@ -273,7 +272,7 @@ class ContactStiffness:
         """
         stiffness, data = np.zeros(len(self.model.points)), self.model.corners
         if data is not None:
-            of_corner = np.max(data.penalty.stiffness_with_dashpots(dt))
+            of_corner = data.penalty.largest_stiffness(dt).max()
             stiffness[data.facets] = data.together * of_corner
         return stiffness
 
@@ -281,7 +280,7 @@ class ContactStiffness:
         """Return the stiffness (n,) [N/m] of nodes with the outlines of rigid bodies."""
         stiffness = np.zeros(len(self.model.points))
         for _, contact in self.supports:
-            stiffness[contact.nodes] += surface_stiffness(contact, dt)
+            stiffness[contact.nodes] += contact.penalty.largest_stiffness(dt)
         return stiffness
 
     def _of_surfaces(self, x: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
@@ -312,7 +311,7 @@ class ContactStiffness:
         if model.self_contact is not None:
             pressed[:] = [springs.largest_frequency(surfaces) for springs in self.on_surfaces]
         for outline, supported in self.supports:
-            k = surface_stiffness(supported, dt)
+            k = supported.penalty.largest_stiffness(dt)
             mass, inertia = least_inertia(model.rigid_bodies[outline.body], model.dimension)
             moment = (k * self._arms(outline, supported.nodes, x) ** 2).sum()
             pressed[outline.body] += k.sum() / mass + moment / inertia
@@ -391,7 +390,6 @@ class SurfaceStiffness:
         )
         self.depth = self._largest_around(depth[number].max(axis=1))
         self.per_area = self._largest_around(data.facet_stiffness)
-        self.damping_time = self._largest_around(data.damping_time[number].max(axis=1))
 
     def _largest_around(self, of_facets: np.ndarray) -> np.ndarray:
         """Return the largest value (k,) of the facets (f,) around each node."""
@@ -419,7 +417,8 @@ class SurfaceStiffness:
         """
         data, d = self.data, x.shape[1]
         own = self._projected(x, self.rest_areas / d * data.facet_stiffness)
-        own *= self._with_dashpots(self.damping_time, dt)
+        stiffening = (data.penalty.largest_stiffness(dt) / data.penalty.k_n)[self.number]
+        own *= self._largest_around(stiffening.max(axis=1))
         areas = np.linalg.norm(area_vectors(x, data.facets), axis=1)
         extent = self._projected(x, areas / d) ** (1.0 / (d - 1))
         # Facets of about one size at a time press a node: large ones have much area, small ones a
@@ -438,18 +437,6 @@ class SurfaceStiffness:
             )
             area = squeezed[of_size].max() * line ** (d - 1)
             per_area = np.minimum(self.per_area, data.facet_stiffness[of_size].max())
-            damping_time = data.damping_time[self.number[of_size]].max()
-            others = np.maximum(others, per_area * area * self._with_dashpots(damping_time, dt))
+            others = np.maximum(others, per_area * area * stiffening[of_size].max())
         # Half the stiffness in each half pass, twice the stiffness of a pair in the bound.
         return self.depth * (own + others)
-
-    def _with_dashpots(self, damping_time: Any, dt: float) -> Any:
-        """Return the larger of 1 + 2 c_n / (k_n dt) and k_t / k_n + 2 c_t / (k_n dt)."""
-        lag = 2.0 * damping_time / dt
-        data = self.data
-        return np.maximum(1.0 + lag, data.tangential_ratio + data.tangential_damping_fraction * lag)
-
-
-def surface_stiffness(contact: ContactData, dt: float) -> np.ndarray:
-    """Return the largest stiffness (k,) [N/m] of each node against one surface."""
-    return np.maximum(*contact.penalty.stiffness_with_dashpots(dt))

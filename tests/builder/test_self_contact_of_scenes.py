@@ -60,7 +60,7 @@ def test_a_node_bears_both_half_passes(build):
     data = model.self_contact
     modulus = plane_strain_modulus(model.bodies[0].regions[0].material)
     whole = 0.1 * modulus / (0.02 * 1e-3) * 5e-6
-    of_sides = data.summed_at_nodes(data.penalty_stiffness)
+    of_sides = data.summed_at_nodes(data.penalty.k_n)
     np.testing.assert_allclose(of_sides, 0.5 * whole)
     bound = SurfaceStiffness(data, model.points).of_nodes(model.points, 1e-6)
     assert set(np.round(bound / whole, 6)) == {2.0, round(0.5**0.5 + 1.0, 6)}
@@ -69,7 +69,7 @@ def test_a_node_bears_both_half_passes(build):
 def test_a_stiffness_of_nodes_is_that_of_both_half_passes(build):
     model = build(TWO, "contact.self_contact=[a, b]", "contact.penalty_stiffness=700 N/m")
     data = model.self_contact
-    np.testing.assert_allclose(data.summed_at_nodes(data.penalty_stiffness), 350.0)
+    np.testing.assert_allclose(data.summed_at_nodes(data.penalty.k_n), 350.0)
 
 
 def test_faces_in_a_plane_of_symmetry_do_not_touch(build):

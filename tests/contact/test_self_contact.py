@@ -130,9 +130,7 @@ def test_the_force_is_continuous_over_a_joint(build, fresh_taichi):
         rig.place(x)
         found.append(fields.read(rig.contact.on_point)[0, point])
         facets.add(int(rig.facets[point]))
-    k_n = (
-        fields.read(rig.contact.fraction)[0, point] * (model.self_contact.penalty_stiffness[point])
-    )
+    k_n = fields.read(rig.contact.fraction)[0, point] * model.self_contact.penalty.k_n[point]
     assert len(facets) == 2
     assert np.linalg.norm(found, axis=1).min() > 0.95 * k_n * DEPTH
     assert np.linalg.norm(np.diff(found, axis=0), axis=1).max() < 1.001 * k_n * step
