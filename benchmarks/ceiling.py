@@ -15,16 +15,15 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import Region
+from softsim.elements.hoop import Axisymmetric, RingSection
 from softsim.elements.hourglass import (
     fibre_scales,
     hourglass_modes,
     plate_factors,
     warping_scales,
 )
-from softsim.elements.plane_strain import PlaneStrain
-from softsim.elements.ring_section import RingSection
+from softsim.elements.plane_elements import PlaneStrain
 from softsim.errors import SoftsimError
 from softsim.model import Model
 

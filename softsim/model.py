@@ -21,8 +21,8 @@ from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.simple_walls import Cylinder, Sphere
 from softsim.contact.surface_contact import ContactData
 from softsim.contact.wall import Wall
-from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import Geometry, Region, nodal_sums
+from softsim.elements.hoop import Axisymmetric
 from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
 from softsim.mesh.mesh import facet_owners

@@ -1,7 +1,6 @@
 """Rows of the history at the present time of a solver, for tests without a run."""
 
-from softsim.compute import samples
-from softsim.compute.term import Term
+from softsim.compute.term import Term, present
 from softsim.solver import energy
 from softsim.solver.energy import WallContact, wall_fields
 from softsim.solver.explicit import Scenario
@@ -9,11 +8,11 @@ from softsim.solver.explicit import Scenario
 
 def wall_contact(scenario: Scenario) -> WallContact:
     """Return the present contact of a scenario with its walls, without the axis of rows."""
-    now = samples.present(scenario.number, wall_fields(scenario.terms))
+    now = present(scenario.number, wall_fields(scenario.terms))
     return WallContact(*(rows[0] for rows in vars(energy.wall_contact(scenario, now)).values()))
 
 
 def readings(term: Term, interval: float) -> dict[str, float]:
     """Return the columns of a term in the first scenario, `interval` [s] after impulses began."""
-    now = samples.present(0, term.sampled(), interval=interval)
+    now = present(0, term.sampled(), interval=interval)
     return {name: float(values[0]) for name, values in term.readings(now).items()}

@@ -16,7 +16,7 @@ from softsim import __version__
 from softsim.apps.chain.scene import load_chain
 from softsim.builder import build_model
 from softsim.cli import app
-from softsim.cli.examples import examples_folder
+from softsim.cli.about import examples_folder
 from softsim.scene.loading import load_layout, load_scene
 from softsim.scene.schema import Scene
 from softsim.scene.steps import load_steps

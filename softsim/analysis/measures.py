@@ -8,10 +8,10 @@ import numpy as np
 from softsim.analysis.catalogue import RecordedRun, values
 from softsim.analysis.passage import Verdict, analyses
 from softsim.analysis.travel import FRAME, travel_axis
+from softsim.loads.nodal import Rotor
 from softsim.loads.pressure_control import Phase
 from softsim.loads.profile import Cycle
-from softsim.loads.rotor import Rotor
-from softsim.loads.tendon import Tendon
+from softsim.loads.tether import Tendon
 from softsim.model import Model
 from softsim.scene.measures import Part, chosen
 from softsim.scene.outputs import Expect, Range, probe_columns

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from softsim.compute.samples import Samples
+from softsim.compute.term import Samples
 from softsim.contact.pipe_network import PipeNetwork, stations
 from softsim.contact.pipe_path import Segment, narrowings, nearest_feature
 from softsim.model import Crossing, Model, Passage

@@ -6,8 +6,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from softsim.applications import entry
-from softsim.builder import conditions, contact, network, passage, rigid, walls
-from softsim.builder.bodies import built_bodies, material_keys, meshed_bodies
+from softsim.builder import contact, network, passage, rigid, walls
+from softsim.builder.bodies import (
+    built_bodies,
+    held_components,
+    initial_velocity,
+    lumped_mass,
+    mass_scaling,
+    material_keys,
+    meshed_bodies,
+    probes,
+)
 from softsim.builder.chambers import Targets, refuse_what_cannot_be_felt
 from softsim.builder.passage import chamber as chamber_of
 from softsim.builder.passage import crossing, end_time, refuse_steady_probe, steady_probe
@@ -28,10 +37,10 @@ from softsim.loads.profile import Profile, over_the_run
 from softsim.loads.tether import end_drags
 from softsim.model import Body, Model, Relaxation
 from softsim.rigid import RigidBodyData
+from softsim.scene.bodies import STRUCTURES
 from softsim.scene.loading import LoadedScene
 from softsim.scene.names import Names
 from softsim.scene.steps import AT_THE_START, Beginning
-from softsim.scene.structural import STRUCTURES
 from softsim.scene.walls import Environment
 from softsim.solver.stable_step import estimator
 from softsim.structures.cable import cable_points, placed_cables, touching
@@ -126,7 +135,7 @@ def number_nodes(draft: Draft) -> None:
 def hold_nodes(draft: Draft) -> None:
     """Find the components that are fixed, prescribed, or tied to a rigid body or a facet."""
     names = draft.names
-    held = conditions.held_components(names, draft.bodies, draft.points)
+    held = held_components(names, draft.bodies, draft.points)
     held[draft.soft_count :] = True
     fixed = held.copy()
     draft.motions = prescribed(names, held)
@@ -152,9 +161,9 @@ def add_structures(draft: Draft) -> None:
 def lump_masses(draft: Draft) -> None:
     """Lump the masses to the nodes, and give these their initial velocities."""
     names, bodies, points = draft.names, draft.bodies, draft.points
-    draft.own_mass = conditions.lumped_mass(names, bodies, draft.structures, len(points))
+    draft.own_mass = lumped_mass(names, bodies, draft.structures, len(points))
     draft.mass = draft.ties.handed_over(draft.own_mass)
-    starting = conditions.initial_velocity(names, bodies, points, draft.own_mass)
+    starting = initial_velocity(names, bodies, points, draft.own_mass)
     draft.velocity = draft.ties.followed(np.where(draft.moves, starting, 0.0))
 
 
@@ -262,7 +271,7 @@ def finished(draft: Draft) -> Model:
         corners=walls.corner_data(bodies, points, draft.walls, draft.contact),
         loads=tuple(draft.loads.values()),
         load_names=tuple(draft.loads),
-        probes=conditions.probes(names, points, draft.moves, draft.ties),
+        probes=probes(names, points, draft.moves, draft.ties),
         gravity=draft.gravity,
         starting_gravity=draft.starting_gravity,
         robot=robot_of(names, bodies, draft.chamber, points),
@@ -273,7 +282,7 @@ def finished(draft: Draft) -> Model:
         safety_factor=scene.solver.safety_factor,
         least_step=scene.solver.least_step,
         bulk_viscosity=bulk_viscosity(names),
-        mass_scaling=conditions.mass_scaling(names, bodies, points, draft.is_free),
+        mass_scaling=mass_scaling(names, bodies, points, draft.is_free),
         energy_error_limit=scene.solver.energy_error_limit,
         relaxation=relaxation(names),
         settling=settling(names),

@@ -14,10 +14,9 @@ from softsim.contact.deformable_surface import SurfaceData
 from softsim.contact.forces import Penalty
 from softsim.contact.surface_contact import ALLOWED_PENETRATION, ContactData
 from softsim.contact.wall import Wall
-from softsim.elements.geometry import nodal_sums
-from softsim.elements.plane_strain import PlaneStrain
-from softsim.elements.quadrature import simplex_gradients
-from softsim.elements.ring_section import RingSection
+from softsim.elements.geometry import nodal_sums, simplex_gradients
+from softsim.elements.hoop import RingSection
+from softsim.elements.plane_elements import PlaneStrain
 from softsim.materials.material import Material
 from softsim.mesh.mesh import (
     SURFACE,

@@ -6,7 +6,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from softsim.builder.pipe_path import pipes
+from softsim.builder.walls import pipes
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.pipe_path import PipePath
 from softsim.contact.wall import Wall

@@ -8,13 +8,11 @@ from typing import Annotated
 import typer
 
 from softsim.applications import COMMANDS, entry
-from softsim.cli.about import devices, print_version, schema
-from softsim.cli.examples import examples, new
+from softsim.cli.about import devices, examples, new, print_version, schema
 from softsim.cli.materials import fit_material, materials, spectrum
 from softsim.cli.meshing import mesh
 from softsim.cli.reporting import render, report
-from softsim.cli.runs import assess, check, compile, run
-from softsim.cli.studies import optimize, sweep
+from softsim.cli.runs import assess, check, compile, optimize, run, sweep
 from softsim.cli.vibrations import modes, response
 from softsim.interruption import become_command
 

@@ -51,8 +51,8 @@ def materials(
         option = "--compare" if compare is not None else "--out"
         raise typer.BadParameter("needs the NAME of a silicone", param_hint=option)
     with explained() as console:
+        from softsim.materials.fitting import read_tensile_test
         from softsim.materials.library import library_names, silicone_of, silicones
-        from softsim.materials.tensile import read_tensile_test
         from softsim.report.materials import comparison_rows, sources_diagram, sources_table
         from softsim.report.png import draw
         from softsim.scene.names import close_names
@@ -116,9 +116,8 @@ def fit_material(
     a fit to one of them alone predicts the others.
     """
     with explained() as console:
-        from softsim.materials.fitting import fit_tests, prediction_errors
+        from softsim.materials.fitting import fit_tests, prediction_errors, read_tensile_test
         from softsim.materials.laws import named_law
-        from softsim.materials.tensile import read_tensile_test
         from softsim.report import materials as report
         from softsim.report.png import draw
 

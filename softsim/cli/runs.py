@@ -1,4 +1,4 @@
-"""Commands on one scene: run it, check it, assess whether a robot gets through a layout."""
+"""Commands that run a scene, check it, assess a robot in a layout, or run a study."""
 
 import time
 from collections.abc import Iterator
@@ -14,6 +14,7 @@ from softsim.cli.reporting import (
     ended_by,
     put_off_reports,
     report_runs,
+    report_study,
     report_what_there_is,
     run_folders,
 )
@@ -24,6 +25,9 @@ from softsim.options import (
     Overrides,
     Precision,
     ScenePath,
+    Scheduler,
+    StudyOverrides,
+    StudyPath,
     Threads,
     Workers,
     explained,
@@ -31,7 +35,7 @@ from softsim.options import (
 )
 from softsim.units import count_text
 
-if TYPE_CHECKING:  # Taichi is for those who compute forces
+if TYPE_CHECKING:
     from softsim.live import LiveView
     from softsim.model import Model
     from softsim.scene.loading import LoadedScene
@@ -161,8 +165,7 @@ def compile(
         from softsim.compute.backend import default_cache_folder
         from softsim.output.compiling import compiling
         from softsim.run.batch import new_solver
-        from softsim.run.scenes import ready_model
-        from softsim.run.steps import foreseen_models
+        from softsim.run.scenes import foreseen_models, ready_model
 
         models = [ready_model(loaded, choice)] if loaded else foreseen_models(steps, choice)
         for k, model in enumerate(models):
@@ -213,8 +216,7 @@ def check(
         # Taichi is imported from here on: an error before is told at once.
         from softsim.cli.run_tables import acting_tables, model_table
         from softsim.materials.library import disagreement_notes
-        from softsim.run.scenes import ready_model
-        from softsim.run.steps import foreseen_models
+        from softsim.run.scenes import foreseen_models, ready_model
         from softsim.solver.plausibility import output_warnings, plausibility_warnings
 
         models = foreseen_models(steps, choice) if steps else [ready_model(loaded, choice)]
@@ -268,8 +270,7 @@ def _tell_modes(model: "Model", count: int, device: str, folder: Path, console: 
     from softsim.compute import backend
     from softsim.output.folder import RunFolder
     from softsim.report.vibrations import draw_modes
-    from softsim.solver.natural_modes import movable_bodies, natural_modes
-    from softsim.solver.rest_stiffness import joined_bodies
+    from softsim.solver.natural_modes import joined_bodies, movable_bodies, natural_modes
 
     bodies = movable_bodies(model)
     figure = RunFolder(folder).path / "modes.png"
@@ -403,3 +404,92 @@ def _show_passage(folder: Path, console: Console) -> None:
         for text in (report["margin"], *report["assumptions"], single):
             console.print(text, highlight=False, markup=False, soft_wrap=True)
         console.print(f"results in {folder}", highlight=False)
+
+
+# -------------------------------------------------------------------------------------------------
+# Commands on studies: run all cases, or search for the optimum.
+
+
+def sweep(
+    study: StudyPath,
+    overrides: StudyOverrides = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the study; default: runs/STUDY.")
+    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    device: Device = DeviceName.auto,
+    batch: Annotated[
+        str, typer.Option(metavar="N|auto", help="Number of cases that a worker runs at once.")
+    ] = "auto",
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Only list the cases and estimate their run time.")
+    ] = False,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Run many cases without asking for confirmation.")
+    ] = False,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Run failed cases again.")
+    ] = False,
+) -> None:
+    """Run all cases of a study on all cores and write a table with one row per case.
+
+    Stored cases are not run again. Repeat the command to continue an interrupted study, or to run
+    the new cases of a changed one.
+    """
+    with explained() as console:
+        from softsim.cli import study_tables
+        from softsim.study.loading import load_study
+
+        loaded = load_study(study, overrides or [])
+        folder = out or Path("runs") / study.stem
+        study_tables.confirm_size(loaded, folder, yes, console)
+        again = study_tables.again(retry_failed)
+        if dry_run:
+            study_tables.print_plan(loaded, folder, device.value, workers, again, console)
+            return
+        from softsim.sweep.engine import pool_for  # imports dask
+        from softsim.sweep.study import sweep as run_sweep
+
+        pool = pool_for(folder, device.value, workers, scheduler)
+        size = study_tables.asked_batch(batch, device.value)
+        frame = run_sweep(loaded, folder, pool, device.value, size, again, console)
+        study_tables.print_results(loaded, frame, folder, console)
+        report_study(folder, console)
+
+
+def optimize(
+    study: StudyPath,
+    overrides: StudyOverrides = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the trials; default: runs/STUDY_optimum.")
+    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    device: Device = DeviceName.auto,
+    trials: Annotated[
+        int | None, typer.Option(min=1, help="Total number of trials; default: that of the study.")
+    ] = None,
+) -> None:
+    """Find the best values of the factors of a study and write a table with one row per trial.
+
+    The key `optimize` of the study defines the objective. The values of a trial depend on the
+    results of earlier ones. Repeat the command to continue after an interruption; a larger --trials
+    extends a finished search.
+    """
+    with explained() as console:
+        from softsim.study.loading import load_study
+
+        loaded = load_study(study, overrides or [])
+        folder = out or Path("runs") / f"{study.stem}_optimum"
+        from softsim.cli.study_tables import print_best, print_results
+        from softsim.compute.machine import device_of_trials
+        from softsim.sweep.engine import pool_for  # imports dask
+        from softsim.sweep.study import optimize as run_trials
+
+        taken = device_of_trials(device.value)
+        pool = pool_for(folder, taken, workers, scheduler)
+        table = run_trials(loaded, folder, pool, taken, trials, console)
+        print_results(loaded, table, folder, console)
+        report_study(folder, console)
+        print_best(loaded, folder, console)

@@ -9,8 +9,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, real_field, vector_field
 from softsim.compute.nodes import Nodes
-from softsim.compute.samples import Samples
-from softsim.compute.term import Pass, PerScenario, Stage
+from softsim.compute.term import Pass, PerScenario, Samples, Stage
 from softsim.contact.adhesion import Adhesion, NodalAdhesion
 from softsim.contact.forces import (
     BEFORE_START,

@@ -10,8 +10,7 @@ import taichi as ti
 
 from softsim.compute import backend
 from softsim.compute.fields import real_field
-from softsim.compute.samples import Samples
-from softsim.compute.term import Pass, PerScenario, Stage
+from softsim.compute.term import Pass, PerScenario, Samples, Stage
 
 # -------------------------------------------------------------------------------------------------
 # Axes in which a wall or an outline is at rest, as contact needs them: here those of space.

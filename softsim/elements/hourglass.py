@@ -34,10 +34,9 @@ import taichi as ti
 
 from softsim.compute import backend, fields
 from softsim.compute.fields import Number, lane_field, real_field
-from softsim.elements.geometry import Region
+from softsim.elements.geometry import PARENT_CORNERS, Region
 from softsim.elements.material_points import MaterialPoints
 from softsim.elements.one_point import OnePointElements
-from softsim.elements.quadrature import PARENT_CORNERS
 from softsim.materials.material import Material
 from softsim.mesh.mesh import batches
 

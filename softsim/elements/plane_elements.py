@@ -1,19 +1,21 @@
-"""Triangles and quadrilaterals of a section, for any out-of-plane kinematics.
+"""Triangles and quadrilaterals of a section, for any out-of-plane kinematics; plane strain.
 
 Triangles have edges d_a = x_1 - x_0 and d_b = x_2 - x_0 in the plane; F_zz is independent of them.
 Nodal forces
     f_1 = -V (S^aa d_a + S^ab d_b),  f_2 = -V (S^ab d_a + S^bb d_b),  f_0 = -f_1 - f_2,
 each with -V F_zz S_zz dF_zz/dx in addition. A quadrilateral has one integration point and hourglass
-forces (elements/hourglass.py).
-"""
+forces (elements/hourglass.py)."""
 
+from dataclasses import dataclass
+
+import numpy as np
 import taichi as ti
 
 from softsim.compute import backend
 from softsim.compute.fields import lane_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, Stage
-from softsim.elements.geometry import Region
+from softsim.elements.geometry import PARENT_CORNERS, Geometry, Region, edge_lengths
 from softsim.elements.hourglass import (
     HourglassElements,
     HourglassSprings,
@@ -22,13 +24,12 @@ from softsim.elements.hourglass import (
 )
 from softsim.elements.kinematics import PlaneMetric
 from softsim.elements.one_point import OnePointElements, followed_by_zeros, lane_tables, padded
-from softsim.elements.quadrature import PARENT_CORNERS
 
 # -------------------------------------------------------------------------------------------------
 # Elements of a plane section, their out-of-plane stretch F_zz and the force of its stress.
 #
 # In plane strain F_zz = 1, and the out-of-plane stress does no work. In sections with a hoop
-# direction F_zz depends on the nodal positions, see elements/axisymmetric.py and ring_section.py.
+# direction F_zz depends on the nodal positions, see elements/hoop.py.
 
 
 class Across:
@@ -238,3 +239,46 @@ def section_elements(
     """Return the force term of a region's elements; bulk_viscosity: b1 [-]."""
     kind = BY_CORNERS[region.cells.shape[1]]
     return kind(nodes, region, bulk_viscosity, across)
+
+
+# -------------------------------------------------------------------------------------------------
+# Plane strain: F_zz = 1.
+
+
+@dataclass(frozen=True)
+class PlaneStrain(Geometry):
+    """Plate of given thickness [m] without out-of-plane strain."""
+
+    thickness: float
+    name = "plane_strain"
+    dimension = 2
+
+    def of_cells(self, numbers: np.ndarray, thickness: float | None) -> "PlaneStrain":
+        """Return the geometry with another thickness [m] if given."""
+        return self if thickness is None else PlaneStrain(thickness)
+
+    def depths(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Return the thickness (1, 1) [m]."""
+        return np.array([[self.thickness]])
+
+    @property
+    def facet_factor(self) -> float:
+        """Thickness [m]."""
+        return self.thickness
+
+    @staticmethod
+    def facet_volume_and_gradient(x, thickness, m):
+        """Return the volume of an edge's prism to the origin, and the forces of 1 Pa on its ends,
+        half of the edge's area each.
+        """
+        a, b = x[0], x[1]
+        volume = 0.5 * thickness * (a[1] * b[0] - a[0] * b[1])
+        half = 0.5 * thickness * m.vector([a[1] - b[1], b[0] - a[0]])
+        return volume, [half, half]
+
+    def corner_areas(self, x: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        """Return the tributary area (k, 2) [m^2] of each end of edges (k, 2)."""
+        return 0.5 * self.thickness * np.repeat(edge_lengths(x, edges)[:, None], 2, axis=1)
+
+    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
+        return section_elements(nodes, region, bulk_viscosity, Across())

@@ -12,7 +12,7 @@ from softsim.compute import backend
 from softsim.compute.fields import lane_field
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Pass, Stage
-from softsim.elements.geometry import Geometry, Region
+from softsim.elements.geometry import PARENT_CORNERS, Geometry, Region
 from softsim.elements.hourglass import (
     CYCLIC,
     HourglassElements,
@@ -23,7 +23,6 @@ from softsim.elements.hourglass import (
 )
 from softsim.elements.kinematics import SpaceMetric
 from softsim.elements.one_point import OnePointElements, followed_by_zeros, lane_tables, padded
-from softsim.elements.quadrature import PARENT_CORNERS
 
 # -------------------------------------------------------------------------------------------------
 # Linear tetrahedra: edges d_i = x_i - x_0, corner forces f_i = -V S^ij d_j, f_0 = -sum f_i.

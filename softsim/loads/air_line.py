@@ -36,8 +36,7 @@ import taichi as ti
 
 from softsim.compute import backend
 from softsim.compute.fields import real_field
-from softsim.compute.samples import Samples
-from softsim.compute.term import PerScenario
+from softsim.compute.term import PerScenario, Samples
 from softsim.errors import StabilityError
 from softsim.loads.pressure import VOLUME_COLUMN, PrescribedPressure, PressureKernel, PressureSource
 from softsim.loads.pressure_control import ControlledPressure, EventCycles, PressureRamp

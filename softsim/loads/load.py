@@ -10,7 +10,7 @@ import numpy as np
 from softsim.compute.nodes import Nodes
 from softsim.compute.term import Term
 from softsim.elements.geometry import Region
-from softsim.elements.ring_section import RingSection
+from softsim.elements.hoop import RingSection
 from softsim.loads.profile import Profile, over_the_run, smooth_rise
 from softsim.rigid import RigidBodies
 from softsim.scene import loads as scene_loads

@@ -38,8 +38,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, real_field
 from softsim.compute.nodes import Nodes
-from softsim.compute.samples import Samples
-from softsim.compute.term import Pass, PerScenario, Stage, Term
+from softsim.compute.term import Pass, PerScenario, Samples, Stage, Term
 from softsim.errors import StabilityError
 from softsim.loads.load import Load
 from softsim.loads.pressure import (

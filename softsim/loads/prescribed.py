@@ -10,8 +10,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, once, real_field
 from softsim.compute.nodes import Nodes
-from softsim.compute.samples import Samples
-from softsim.compute.term import Pass, PerScenario, Stage, Term, WorkingTerm
+from softsim.compute.term import Pass, PerScenario, Samples, Stage, Term, WorkingTerm
 from softsim.contact.forces import NodalForces
 from softsim.contact.wall import FixedFrame, Obstacle, Wall
 from softsim.loads.load import Load

@@ -24,8 +24,7 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import index_field, real_field
 from softsim.compute.nodes import PARTS, Nodes, parts_of
-from softsim.compute.samples import Samples
-from softsim.compute.term import Pass, PerScenario, Stage, WorkingTerm
+from softsim.compute.term import Pass, PerScenario, Samples, Stage, WorkingTerm
 from softsim.elements.geometry import Facets, Geometry
 from softsim.loads.load import Load
 from softsim.loads.profile import Cycle, Profile, ProfileTable, cycles_of

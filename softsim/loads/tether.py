@@ -1,18 +1,4 @@
-"""Tether that a rigid body trails behind it along its own axis x: drag, weight, stiffness.
-
-Drag: Coulomb friction with memory along the body's axis e (loads/tether.py). Across e the tether
-has no stiffness, so it does not damp transverse vibration of the body.
-
-Weight: the weight m g of the part that hangs on the attachment point, with the present gravity.
-
-Stiffness against turning: the energy 2 sum K_i q_i^2 of the vector part q of the body's
-orientation, a unit quaternion (w, q), with the torque -2 (w K q + q x K q) that follows from it.
-About one axis that is -K sin(angle): K for small angles. With K_y = K_z it measures how far the
-body's axis has turned from rest, regardless of how often the body has rolled about it.
-
-Spring and turning energies are stored (ALLSE), sliding is dissipated by friction (ALLFD), the work
-of the weight is external (ALLWK). The tether does not depend on time: it acts before t = 0 as well.
-"""
+"""Springs and drags of rigid bodies and cables: tendon to a force gauge, tether, dragged end."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -23,13 +9,125 @@ import taichi as ti
 from softsim.compute import backend, fields
 from softsim.compute.fields import Number, once, real_field, vector_field
 from softsim.compute.nodes import Nodes
-from softsim.compute.samples import Samples
-from softsim.compute.term import Pass, PerScenario, Stage, Term
+from softsim.compute.term import Pass, PerScenario, Samples, Stage, Term
 from softsim.loads.load import Load, LoadTargets, RigidSpring
 from softsim.rigid import RigidBodies, freedom
-from softsim.scene.loads import TetherSpec
+from softsim.scene.loads import TendonSpec, TetherSpec
 from softsim.scene.names import Names
 from softsim.scene.text import Keys
+
+# -------------------------------------------------------------------------------------------------
+# Tendon from a rigid body to a force gauge far away: a spring that pulls and never pushes.
+#
+# With u the displacement of the body's centre of mass, d the unit vector towards the gauge and s
+# the slack, the elongation is e = -u.d - s (the gauge is so far away that d does not turn). If e >
+# 0, the tendon pulls the body with T = k e along d, otherwise it is slack. Its energy k e^2/2 is
+# stored, as that of springs in ABAQUS: in the internal energy (ALLSE), not in the external work.
+
+
+@dataclass(frozen=True, eq=False)
+class Tendon(Load):
+    """Tendon on rigid body number `body` towards the unit vector `direction` (d,).
+
+    It pulls with `stiffness` [N/m] once `slack` [m] is used up. The history records its tension as
+    `pull`, averaged over the interval, as a gauge would show it.
+    """
+
+    body: int
+    stiffness: PerScenario[float]
+    direction: PerScenario[np.ndarray]
+    slack: PerScenario[float]
+
+    @property
+    def columns(self) -> dict[str, str]:
+        return {"pull": "N"}
+
+    def term(
+        self, scenarios: Sequence["Tendon"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "TendonTerm":
+        return TendonTerm(
+            rigid_bodies, self.body, np.array([tendon.stiffness for tendon in scenarios]),
+            np.stack([tendon.direction for tendon in scenarios]),
+            np.array([tendon.slack for tendon in scenarios]),
+        )  # fmt: skip
+
+    def springs(self, centres: np.ndarray, gravity: float) -> list[RigidSpring]:
+        """Return the stiffness of the taut tendon along a line; it adds none against rotation."""
+        return [RigidSpring("tendon", self.body, self.stiffness, goes_taut=True)]
+
+
+class TendonTerm(Term):
+    """Kernel class of a tendon on rigid body number `body`.
+
+    stiffness: k (scenarios,) [N/m]. directions: d (scenarios, dimension). slack: s (scenarios,)
+    [m]. Its `impulse` (scenarios,) [N s] is the integral of T since it was last cleared.
+    """
+
+    def __init__(
+        self,
+        rigid_bodies: RigidBodies,
+        body: int,
+        stiffness: np.ndarray,
+        directions: np.ndarray,
+        slack: np.ndarray,
+    ) -> None:
+        self.rigid_bodies, self.body = rigid_bodies, body
+        self.stiffness, self.slack = real_field(stiffness), real_field(slack)
+        self.direction = vector_field(directions)
+        self.impulse = real_field(np.zeros(len(stiffness)))
+
+    def pulls(self) -> list[Callable[..., None]]:
+        return [self.pull]
+
+    def state_fields(self) -> dict[str, ti.Field]:
+        return {"impulse": self.impulse}
+
+    def impulses(self) -> list[ti.Field]:
+        return [self.impulse]
+
+    def sampled(self) -> list[ti.Field]:
+        return [self.impulse]
+
+    def readings(self, samples: Samples) -> dict[str, np.ndarray]:
+        """Return the mean tension [N]."""
+        return {"pull": samples.mean(samples.read(self.impulse))}
+
+    @ti.func
+    def elongation(self, s):
+        """Return e [m] of a taut tendon, else zero."""
+        u = self.rigid_bodies.displacement(s, self.body)
+        return ti.max(-u.dot(self.direction[s]) - self.slack[s], ti.cast(0.0, backend.real))
+
+    @ti.func
+    def pull(self, s, i, t, dt):
+        """Pull the body towards the gauge with k e."""
+        tension = self.stiffness[s] * self.elongation(s)
+        self.rigid_bodies.hold(s, self.body, tension * self.direction[s])
+        self.impulse[s] = self.impulse[s] + tension * dt
+
+    @ti.func
+    def stored_energy(self, s, part):
+        """Return k e^2 / 2 [J]."""
+        e = self.elongation(s)
+        return once(part) * 0.5 * self.stiffness[s] * e * e
+
+
+def tendon(loaded: LoadTargets, load: TendonSpec, keys: Keys) -> Tendon:
+    """Return a tendon that holds a rigid body."""
+    names = loaded.names
+    body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
+    direction = names.vector(load.direction, (*keys, "direction"))
+    free = np.array(freedom(names, load.acts_on)[: names.dimension])
+    if not direction[free].any():
+        raise names.loaded.error(
+            (*keys, "direction"),
+            f"'{load.acts_on}' cannot move along {list(load.direction)}, so the tendon could "
+            "never become taut",
+            f"free this direction (rigid_bodies.{load.acts_on}.free), or change the direction of "
+            "the tendon",
+        )
+    return Tendon(body, load.stiffness, direction / np.linalg.norm(direction), load.slack)
+
 
 # -------------------------------------------------------------------------------------------------
 # Coulomb friction with memory along a line that turns: the drag of a tether or a cable's end.
@@ -59,6 +157,24 @@ def dissipated(stiffness, before, after, axis_before, axis, way):
     """Return the energy [J] dissipated by sliding during the displacement."""
     taken = 0.5 * stiffness * (before * axis_before + after * axis).dot(way)
     return taken - 0.5 * stiffness * (after * after - before * before)
+
+
+# -------------------------------------------------------------------------------------------------
+# Tether that a rigid body trails behind it along its own axis x: drag, weight, stiffness.
+#
+# Drag: Coulomb friction with memory along the body's axis e (below). Across e the tether
+# has no stiffness, so it does not damp transverse vibration of the body.
+#
+# Weight: the weight m g of the part that hangs on the attachment point, with the present gravity.
+#
+# Stiffness against turning: the energy 2 sum K_i q_i^2 of the vector part q of the body's
+# orientation, a unit quaternion (w, q), with the torque -2 (w K q + q x K q) that follows from it.
+# About one axis that is -K sin(angle): K for small angles. With K_y = K_z it measures how far the
+# body's axis has turned from rest, regardless of how often the body has rolled about it.
+#
+# Spring and turning energies are stored (ALLSE), sliding is dissipated by friction (ALLFD), the
+# work of the weight is external (ALLWK). The tether does not depend on time: it acts before t = 0
+# as well.
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,13 +21,11 @@ from softsim.materials.laws import LAWS, Law, NeoHooke
 from softsim.materials.material import (
     DEFAULT_BULK_RATIO,
     Material,
-    Mullins,
-    bulk_modulus_from_poisson_ratio,
-)
-from softsim.materials.maxwell import (
     MaxwellFit,
     MaxwellSeries,
+    Mullins,
     Spectrum,
+    bulk_modulus_from_poisson_ratio,
     constant_loss_factor,
     fewest_branches,
     fractional,

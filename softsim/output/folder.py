@@ -20,8 +20,8 @@ from filelock import FileLock, Timeout
 
 from softsim.errors import OutputError
 from softsim.scene.loading import Loaded
-from softsim.study.axes import Goal, Plot, StudyAxis
 from softsim.study.bisection import Bisection
+from softsim.study.schema import Goal, Plot, StudyAxis
 
 SCENE = "scene.resolved.yaml"
 SUMMARY = "summary.json"

@@ -13,7 +13,7 @@ import taichi as ti
 from scipy.spatial.transform import Rotation
 
 from softsim.analysis.passage import analyses
-from softsim.compute.samples import Sampler, Samples
+from softsim.compute.term import Sampler, Samples
 from softsim.contact.simple_walls import Cylinder
 from softsim.contact.wall import Wall
 from softsim.elements.geometry import cauchy_stress, measure_elements

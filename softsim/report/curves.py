@@ -15,7 +15,7 @@ from softsim.analysis.travel import (
     travelling_column,
     travels,
 )
-from softsim.materials.maxwell import MaxwellFit, MaxwellSeries
+from softsim.materials.material import MaxwellFit, MaxwellSeries
 from softsim.report.diagram import (
     FLAT,
     MILLI,

@@ -12,11 +12,11 @@ from softsim.materials.fitting import (
     PREDICTED_WITHIN,
     SMALLEST_STRETCH,
     Fit,
+    TensileTest,
     instability_stretch,
 )
 from softsim.materials.laws import UNIAXIAL, Law
 from softsim.materials.library import Silicone, SiliconeSource
-from softsim.materials.tensile import TensileTest
 from softsim.report.diagram import FLAT, POINTS, TALL, Diagram, Panel, PlotAxis, PlotSeries, Scale
 from softsim.report.style import BLUE, COLOURS, INK, ORANGE, QUIET, RED
 from softsim.report.table import Row, Table, cell

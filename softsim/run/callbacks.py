@@ -14,7 +14,7 @@ import numpy as np
 
 from softsim.analysis.measures import History
 from softsim.analysis.passage import PassageCondition, analyses
-from softsim.compute.samples import MOST_ROWS
+from softsim.compute.term import MOST_ROWS
 from softsim.errors import StabilityError
 from softsim.model import Model
 from softsim.output.observation import Observer, columns
@@ -34,8 +34,11 @@ from softsim.scene.loading import LoadedScene
 from softsim.solver.energy import EnergyBalance
 from softsim.solver.guards import (
     air_line_warnings,
+    body_penetration_warnings,
     chatter_warnings,
+    crossing_warnings,
     hourglass_warnings,
+    penetration_warnings,
     refuse_broken_elements,
     refuse_collapsed_chamber,
     refuse_collapsed_step,
@@ -43,13 +46,6 @@ from softsim.solver.guards import (
     refuse_energy_error,
     refuse_unstable_step,
     step_warnings,
-)
-from softsim.solver.penetration import (
-    body_penetration,
-    body_penetration_warnings,
-    crossing_warnings,
-    penetration,
-    penetration_warnings,
     thinnest_wall,
 )
 from softsim.solver.stable_step import GROWTH, StableStep, estimator
@@ -179,11 +175,11 @@ class Guards(Callback):
     def summary(self, history: History) -> dict[str, Any]:
         """Return chatter and penetrations; warn of them, and of what the history shows."""
         warn = self.run.files.warn
-        chatter, deepest = self.scenario.chatter(), penetration(self.scenario)
+        chatter, deepest = self.scenario.chatter(), self.scenario.penetration()
         found = {"contact_chatter": chatter.returns, "largest_penetration": deepest.relative}
         warn(chatter_warnings(self.model, chatter))
         warn(penetration_warnings(self.model, deepest))
-        if (between := body_penetration(self.scenario)) is not None:
+        if (between := self.scenario.body_penetration()) is not None:
             found["largest_body_penetration"] = between.relative
             warn(body_penetration_warnings(between))
         warn(hourglass_warnings(history) | air_line_warnings(history))

@@ -15,9 +15,9 @@ from scipy.spatial.transform import Rotation
 
 from softsim.errors import SimulationError
 from softsim.loads import profile
+from softsim.loads.nodal import Rotor
 from softsim.loads.pressure import FollowerPressure, PressureSource
 from softsim.loads.pressure_control import PressureControl, PressureRamp, Sensed
-from softsim.loads.rotor import Rotor
 from softsim.run.callbacks import RowReader
 from softsim.run.loop import Run
 from softsim.scene.reporting import did_you_mean

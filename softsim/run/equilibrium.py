@@ -16,7 +16,7 @@ from softsim.builder import build_model
 from softsim.builder.bodies import with_branches
 from softsim.compute.machine import Choice
 from softsim.errors import ModesError, Option, OutputError, SceneError, StabilityError
-from softsim.loads.rotor import Rotor
+from softsim.loads.nodal import Rotor
 from softsim.model import Model, Probe
 from softsim.output.folder import CHECKPOINT, HISTORY, SCENE, read_checkpoint, read_summary
 from softsim.output.history import read_history

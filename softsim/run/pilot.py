@@ -20,7 +20,7 @@ from rich.console import Console
 
 from softsim.compute import backend
 from softsim.compute.machine import Choice
-from softsim.compute.samples import present
+from softsim.compute.term import present
 from softsim.errors import OutputError, StabilityError
 from softsim.model import Model
 from softsim.output.compiling import compiling

@@ -19,8 +19,8 @@ from softsim.compute import backend
 from softsim.compute.machine import AUTO, choose
 from softsim.errors import Interrupted, Option, SimulationError, SoftsimError
 from softsim.interruption import stop_signals
+from softsim.loads.nodal import Rotor, RotorForce
 from softsim.loads.pressure import PressureSource
-from softsim.loads.rotor import Rotor, RotorForce
 from softsim.model import Model
 from softsim.output.folder import Checkpoint
 from softsim.output.observation import wall_forces
@@ -28,10 +28,9 @@ from softsim.rigid import Pose
 from softsim.run.batch import Batch, CallMonitors, Monitor
 from softsim.run.callbacks import Rows
 from softsim.run.control import Feedback, LoadCommands, number
-from softsim.run.gradient import Parameter, derivatives
 from softsim.run.record import MemoryRecord
 from softsim.run.scenes import ready_model
-from softsim.run.statics import LoadStepping
+from softsim.run.statics import LoadStepping, Parameter, derivatives
 from softsim.scene.loading import Loaded, LoadedScene, load_scene, scene_of, scene_said
 from softsim.scene.measures import WITHOUT_DERIVATIVE
 from softsim.scene.reporting import did_you_mean

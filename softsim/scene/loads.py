@@ -262,7 +262,7 @@ class Pneumatic(_Gas):
 class EccentricMass(Spec):
     """Vibration motor: a rotating force m_e r_e omega^2 about an axis fixed to its body."""
 
-    built_by: ClassVar[str] = "softsim.loads.rotor:eccentric_motor"
+    built_by: ClassVar[str] = "softsim.loads.nodal:eccentric_motor"
     kind: Literal["eccentric_mass"] = Field(description="Kind of load.")
     acts_on: Text = Field(description="Rigid body that carries the motor.")
     eccentric_mass: PositiveMass = Field(
@@ -301,7 +301,7 @@ class EccentricMass(Spec):
 class SinusoidalForce(Spec):
     """Sinusoidal force along a fixed direction on a rigid body."""
 
-    built_by: ClassVar[str] = "softsim.loads.rotor:sinusoid"
+    built_by: ClassVar[str] = "softsim.loads.nodal:sinusoid"
     kind: Literal["sinusoidal_force"] = Field(description="Kind of load.")
     acts_on: Text = Field(description="Rigid body; the force acts at its centre of mass.")
     amplitude: PositiveForce = Field(description="Amplitude of the force.")
@@ -437,7 +437,7 @@ class TendonSpec(Spec):
     history gets a column `pull`, the tension of the first tendon.
     """
 
-    built_by: ClassVar[str] = "softsim.loads.tendon:tendon"
+    built_by: ClassVar[str] = "softsim.loads.tether:tendon"
     kind: Literal["tendon"] = Field(description="Kind of load.")
     acts_on: Text = Field(description="Rigid body that the tendon holds, at its centre of mass.")
     stiffness: PositiveStiffness = Field(

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from softsim.scene.bodies import BodySpec, RigidBody
+from softsim.scene.bodies import BodySpec, CableSpec, FibreSpec, LayerSpec, RigidBody, Tie
 from softsim.scene.conditions import Condition
 from softsim.scene.loads import Load
 from softsim.scene.materials import Material
@@ -27,7 +27,6 @@ from softsim.scene.quantities import (
     json_schema,
     written,
 )
-from softsim.scene.structural import CableSpec, FibreSpec, LayerSpec, Tie
 from softsim.scene.walls import Contact, CrossingSpec, Environment, Trailed
 
 # -------------------------------------------------------------------------------------------------

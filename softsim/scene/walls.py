@@ -464,7 +464,7 @@ WALLS = (
     "softsim.contact.simple_walls:round_pipes",
     "softsim.contact.simple_walls:spheres",
     "softsim.contact.simple_walls:cylinders",
-    "softsim.builder.pipe_path:pipe_networks",
+    "softsim.builder.walls:pipe_networks",
     "softsim.contact.grid:surface_walls",
     "softsim.contact.terrain:polyline_walls",
     "softsim.contact.terrain:terrains",

@@ -18,8 +18,8 @@ import numpy as np
 import taichi as ti
 
 from softsim.compute import backend, fields
-from softsim.compute.samples import Samples
 from softsim.compute.taichi_internals import Launch
+from softsim.compute.term import Samples
 from softsim.errors import Interrupted, StabilityError
 from softsim.model import LOCAL_DAMPING, Model, Relaxation
 from softsim.solver.explicit import ExplicitSolver, Scenario, longest_block

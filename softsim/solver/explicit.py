@@ -26,7 +26,14 @@ from softsim.errors import DeviceError, OutputError
 from softsim.loads.load import Load
 from softsim.model import Model
 from softsim.rigid import Pose
-from softsim.solver.guards import Chatter, chatter
+from softsim.solver.guards import (
+    BodyPenetration,
+    Chatter,
+    Penetration,
+    body_penetration,
+    chatter,
+    penetration,
+)
 from softsim.solver.increments import DRIFT, DT, KICK, IncrementKernels, Span, Substep
 from softsim.solver.terms import Terms, filled
 
@@ -580,6 +587,20 @@ class Scenario:
             returns += self.read(walls.returns)
             contact_time += self.read(walls.contact_time)
         return chatter(self.model, returns, contact_time)
+
+    def penetration(self) -> Penetration:
+        """Return the largest penetration of walls since t = 0."""
+        contacts = self.terms.contacts_by_wall
+        depths = [np.max([self.read(c.penetration) for c in walls], axis=0) for walls in contacts]
+        return penetration(self.model, np.array(depths))
+
+    def body_penetration(self) -> BodyPenetration | None:
+        """Return the largest penetration of bodies since t = 0; None without their contact."""
+        data = self.model.self_contact
+        if data is None:
+            return None
+        depths = np.max([self.read(c.deepest) for c in self.terms.self_contacts], axis=0)
+        return body_penetration(self.model, data, depths)
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the fields of a checkpoint, as a solver of this scenario alone has them."""

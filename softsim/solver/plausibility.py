@@ -11,20 +11,19 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from softsim.elements.geometry import Region
-from softsim.elements.plane_strain import PlaneStrain
-from softsim.loads.nodal import RisingGravity
+from softsim.elements.plane_elements import PlaneStrain
+from softsim.loads.nodal import RisingGravity, Rotor
 from softsim.loads.prescribed import PrescribedMotion, RigidMotion
 from softsim.loads.pressure import ATMOSPHERE, FollowerPressure
 from softsim.loads.profile import Profile
-from softsim.loads.rotor import Rotor
 from softsim.materials.fitting import instability_stretch
 from softsim.materials.material import Material
 from softsim.mesh.mesh import SURFACE
 from softsim.mesh.surface import at, closest_on_facets
 from softsim.model import Body, Model
 from softsim.scene.outputs import Output
-from softsim.solver.penetration import element_sizes
-from softsim.solver.rest_stiffness import linked_groups, tied_pairs
+from softsim.solver.guards import element_sizes
+from softsim.solver.natural_modes import linked_groups, tied_pairs
 from softsim.solver.stable_step import first_time_increment
 from softsim.structures.fibre import holding_cells
 

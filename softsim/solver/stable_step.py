@@ -18,8 +18,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from scipy.linalg import eigh_tridiagonal
 
-from softsim.elements.geometry import Geometry, Region, principal_values
-from softsim.elements.quadrature import altitude
+from softsim.elements.geometry import Geometry, Region, altitude, principal_values
 from softsim.model import LOCAL_DAMPING, Model
 from softsim.solver.contact_bound import (
     ContactBound,

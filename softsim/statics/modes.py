@@ -44,18 +44,19 @@ from softsim.compute import fields
 from softsim.contact.corner_contact import AT_LIMIT, CornerContact
 from softsim.contact.surface_contact import SurfaceContact
 from softsim.errors import ModesError
-from softsim.loads.rotor import CarriedRotor, Rotor, RotorForce
+from softsim.loads.nodal import CarriedRotor, Rotor, RotorForce
 from softsim.loads.tether import EndDragTerm, TetherTerm
-from softsim.materials.maxwell import branch_moduli
+from softsim.materials.material import branch_moduli
 from softsim.model import Body, Model
 from softsim.solver.natural_modes import (
     SHIFT,
     NaturalMode,
     NaturalModes,
+    joined,
+    refuse_too_large,
     refuse_too_many,
     wave_frequency,
 )
-from softsim.solver.rest_stiffness import joined, refuse_too_large
 from softsim.statics.forces import StaticForces
 from softsim.statics.tangent import Tangent
 

@@ -1,7 +1,7 @@
 """Tangent stiffness K = -dR/dq of a model at any state, assembled from differences of its forces.
 
 The pattern of K has the pairs of nodes that elements, structures, ties and contact between
-surfaces couple; columns are evaluated by colours (solver/rest_stiffness.py). Rigid motions and
+surfaces couple; columns are evaluated by colours (solver/natural_modes.py). Rigid motions and
 pressures have columns of their own; their rows follow from the forces on tied nodes and from the
 gradients of the volumes. A pulled cable couples all nodes of its eyelets by its elongation e: it
 adds a matrix k (de/dL) g (x) g of rank one, where g = dL/dx. It is kept apart, and the factors are
@@ -23,7 +23,7 @@ from scipy.sparse.linalg import splu
 
 from softsim.compute import fields
 from softsim.model import Model
-from softsim.solver.rest_stiffness import (
+from softsim.solver.natural_modes import (
     STEP,
     colours,
     coupled_pairs,

@@ -22,15 +22,14 @@ import taichi as ti
 from softsim.compute import backend
 from softsim.compute.fields import Number, index_field, real_field
 from softsim.compute.nodes import Nodes
-from softsim.compute.samples import Samples
-from softsim.compute.term import Pass, Stage, Term
+from softsim.compute.term import Pass, Samples, Stage, Term
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.surface_contact import ALLOWED_PENETRATION, ContactData, PenaltyStiffness
 from softsim.contact.wall import OffsetWall, Wall
 from softsim.rigid import RigidBodies
+from softsim.scene.bodies import CableSpec
 from softsim.scene.loading import LoadedScene
 from softsim.scene.names import MeshedBody, Names, PlacedCable, in_mm, model_vector
-from softsim.scene.structural import CableSpec
 from softsim.structures.structure import NodalStiffness, Structure
 
 

@@ -27,15 +27,13 @@ from scipy.spatial import cKDTree
 from softsim.compute import backend
 from softsim.compute.fields import Number, index_field, real_field
 from softsim.compute.nodes import Nodes
-from softsim.compute.samples import Samples
-from softsim.compute.term import Pass, Stage, Term
-from softsim.elements.geometry import nodal_sums
-from softsim.elements.quadrature import cube_functions, simplex_gradients
+from softsim.compute.term import Pass, Samples, Stage, Term
+from softsim.elements.geometry import cube_functions, nodal_sums, simplex_gradients
 from softsim.mesh.mesh import SURFACE
 from softsim.mesh.surface import at, closest_on_facets, side_lengths
 from softsim.rigid import RigidBodies
+from softsim.scene.bodies import Helix
 from softsim.scene.names import MeshedBody, Names, close_names, in_mm
-from softsim.scene.structural import Helix
 from softsim.scene.text import Keys
 from softsim.structures.structure import NodalStiffness, Structure
 

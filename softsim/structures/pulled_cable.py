@@ -30,8 +30,7 @@ import taichi as ti
 from softsim.compute import backend
 from softsim.compute.fields import Number, index_field, once, real_field, vector_field
 from softsim.compute.nodes import Nodes
-from softsim.compute.samples import Samples
-from softsim.compute.term import Pass, PerScenario, Stage, WorkingTerm
+from softsim.compute.term import Pass, PerScenario, Samples, Stage, WorkingTerm
 from softsim.loads.load import Load, LoadTargets, over_time
 from softsim.loads.profile import Profile, ProfileTable, over_the_run
 from softsim.rigid import RigidBodies

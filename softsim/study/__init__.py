@@ -2,9 +2,8 @@
 
 To be read in this order:
 
-    schema     the keys of a study file
+    schema     the keys of a study file, columns and figures
     cases      a case: a scene file and settings in it; its scene, its key, its status
-    axes       columns and figures
     factors    factors: their values, and the settings of the scene for each value
     design     combinations of values, and repeats that are perturbed at random; the scene of a
                combination, and its check before anything runs

@@ -25,9 +25,8 @@ from softsim.scene.text import (
     listed,
     place_in,
 )
-from softsim.study.axes import StudyAxis
 from softsim.study.cases import Setting, Value, setting
-from softsim.study.schema import KeyFactor, VariantsFactor
+from softsim.study.schema import KeyFactor, StudyAxis, VariantsFactor
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,6 @@ from softsim.scene.loads import EccentricMass
 from softsim.scene.reporting import scene_error
 from softsim.scene.text import Scalar, Tree, entries, nearest, plain, read_file
 from softsim.scene.walls import PipePathWall
-from softsim.study.axes import Goal, Plot, StudyAxis, chosen_plots, given_plots
 from softsim.study.bisection import Bisection, bisection_of, boundary, cells, runs_left
 from softsim.study.cases import Case, Value, forget_files, resolved
 from softsim.study.design import (
@@ -33,7 +32,17 @@ from softsim.study.design import (
 )
 from softsim.study.factors import Interval, Space
 from softsim.study.measures import MeasureColumn, goal_of, measure_column
-from softsim.study.schema import BisectionDesign, GridDesign, PointDesign, StudySpec
+from softsim.study.schema import (
+    BisectionDesign,
+    Goal,
+    GridDesign,
+    Plot,
+    PointDesign,
+    StudyAxis,
+    StudySpec,
+    chosen_plots,
+    given_plots,
+)
 from softsim.units import count_text
 
 REPEAT = "repeat"

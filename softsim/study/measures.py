@@ -15,10 +15,9 @@ from softsim.scene.measures import Measure
 from softsim.scene.quantities import Quantity
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.text import Tree, child, nearest
-from softsim.study.axes import Goal, StudyAxis
 from softsim.study.cases import Value
 from softsim.study.factors import Reading
-from softsim.study.schema import MeasurePart, Objective
+from softsim.study.schema import Goal, MeasurePart, Objective, StudyAxis
 from softsim.units import KINDS, size_of, usual_unit
 
 History = Mapping[str, np.ndarray]

@@ -2,7 +2,7 @@
 
 L-BFGS-B (Byrd et al. 1995, SIAM J. Sci. Comput. 16:1190-1208, implemented in scipy) varies the
 factors within their ranges, one trial after the other. A trial is a static run that computes its
-derivatives (run/gradient.py). The trials depend on the results of earlier ones alone: repeated, an
+derivatives (run/statics.py). The trials depend on the results of earlier ones alone: repeated, an
 optimisation finds its stored trials and continues.
 """
 

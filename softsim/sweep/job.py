@@ -52,7 +52,6 @@ from softsim.output.folder import (
 from softsim.output.history import read_history, thin_history
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.scene.loading import Loaded
-from softsim.study.axes import StudyAxis, column
 from softsim.study.bisection import Bisection
 from softsim.study.cases import (
     DONE,
@@ -67,7 +66,7 @@ from softsim.study.cases import (
 )
 from softsim.study.loading import REPEAT, LoadedStudy, settings
 from softsim.study.measures import History, MeasureColumn
-from softsim.study.schema import LatinHypercubeDesign, SobolDesign
+from softsim.study.schema import LatinHypercubeDesign, SobolDesign, StudyAxis, column
 
 if TYPE_CHECKING:
     from softsim.run.batch import ReusedSolver

@@ -22,10 +22,9 @@ from softsim.errors import ClusterError, SceneError, SoftsimError
 from softsim.output.folder import CASES, RunFolder, StudyRecord
 from softsim.report.figures import duration
 from softsim.scene.text import nearest
-from softsim.study.axes import Goal
 from softsim.study.cases import DONE, LOST, PRUNED, Case, Program, case_key, resolved
 from softsim.study.loading import LoadedStudy, load_study, study_from
-from softsim.study.schema import Objective
+from softsim.study.schema import Goal, Objective
 from softsim.sweep.descent import Descent, SearchEndedError
 from softsim.sweep.engine import WorkerPool, completed, pool_for
 from softsim.sweep.job import (

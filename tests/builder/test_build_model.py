@@ -7,10 +7,10 @@ from softsim.applications import entry
 from softsim.builder import build_model
 from softsim.errors import SceneError
 from softsim.materials.library import library_material, library_names
+from softsim.scene.bodies import STRUCTURES
 from softsim.scene.loading import load_scene
 from softsim.scene.loads import Load
 from softsim.scene.meshes import FileMesh, MeshSource
-from softsim.scene.structural import STRUCTURES
 from softsim.scene.text import SchemaLocation
 from softsim.scene.walls import WALLS
 

@@ -4,7 +4,7 @@ import pytest
 from typer.testing import CliRunner
 
 from softsim.cli import app
-from softsim.cli.examples import (
+from softsim.cli.about import (
     TEMPLATES,
     command_for,
     copy_example,

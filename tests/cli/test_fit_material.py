@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import yaml
 
+from softsim.materials.fitting import TensileTest
 from softsim.materials.laws import LAWS, UNIAXIAL, Yeoh
-from softsim.materials.tensile import TensileTest
 
 NAMED = ["--strain-column", "e", "--stress-column", "s"]
 

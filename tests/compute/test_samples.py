@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from softsim.compute import fields, samples
-from softsim.compute.samples import Sampler, Samples, present
+from softsim.compute import fields, term
+from softsim.compute.term import Sampler, Samples, present
 
 
 def test_samples_are_copies_of_the_row_in_order(fresh_taichi):
@@ -28,14 +28,14 @@ def test_samples_are_copies_of_the_row_in_order(fresh_taichi):
 
 def test_large_fields_are_sampled_in_fewer_rows(fresh_taichi, monkeypatch):
     numbers = fields.real_field(np.zeros((1, 100)))  # 800 bytes
-    monkeypatch.setattr(samples, "MOST_BYTES", 2000)
+    monkeypatch.setattr(term, "MOST_BYTES", 2000)
     sampler = Sampler(0, [numbers], most=8)
     sampler.take(0.0, 0.0, 1.0)
     assert not sampler.is_full
     sampler.take(1.0, 1.0, 1.0)
     assert sampler.is_full
     assert len(sampler.handed_over()) == 2
-    monkeypatch.setattr(samples, "MOST_BYTES", 1)
+    monkeypatch.setattr(term, "MOST_BYTES", 1)
     assert present(0, [numbers]).read(numbers).shape == (1, 100)
 
 

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from softsim.elements.axisymmetric import Axisymmetric
-from softsim.elements.geometry import Region, principal_values
-from softsim.elements.plane_strain import PlaneStrain
-from softsim.elements.quadrature import simplex_gradients
-from softsim.elements.ring_section import RingSection
+from softsim.elements.geometry import Region, principal_values, simplex_gradients
+from softsim.elements.hoop import Axisymmetric, RingSection
+from softsim.elements.plane_elements import PlaneStrain
 from softsim.elements.solid import Solid
 from softsim.robots.block import block, box
 

@@ -5,7 +5,7 @@ import pytest
 
 from softsim.compute import fields
 from softsim.elements.geometry import Region
-from softsim.elements.plane_strain import PlaneStrain
+from softsim.elements.plane_elements import PlaneStrain
 from softsim.materials.laws import Yeoh
 from softsim.materials.material import Material
 

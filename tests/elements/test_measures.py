@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from softsim.elements.geometry import Region, cauchy_stress, measure_elements
-from softsim.elements.plane_strain import PlaneStrain
+from softsim.elements.plane_elements import PlaneStrain
 from softsim.materials.laws import Yeoh
 from softsim.materials.material import Material
 from softsim.robots.block import block

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from softsim.compute import fields
-from softsim.compute.samples import present
+from softsim.compute.term import present
 from softsim.errors import StabilityError
 from softsim.loads.air_line import AirLine, Tube
 from softsim.loads.pressure import PrescribedPressure

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from softsim.loads.nodal import eccentric_mass, sinusoidal_force
 from softsim.loads.profile import (
     Profile,
     constant,
@@ -12,7 +13,6 @@ from softsim.loads.profile import (
     natural_deflation,
     periodic_cycles,
 )
-from softsim.loads.rotor import eccentric_mass, sinusoidal_force
 
 X, Z = np.eye(3)[[0, 2]]
 CYCLE = {

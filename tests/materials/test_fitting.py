@@ -10,7 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softsim.errors import MaterialError
-from softsim.materials.fitting import fit_law, fit_tests, prediction_errors
+from softsim.materials.fitting import (
+    TEST_MODES,
+    TensileTest,
+    fit_law,
+    fit_tests,
+    prediction_errors,
+    read_tensile_test,
+)
 from softsim.materials.laws import (
     EQUIBIAXIAL,
     LARGEST_EXPONENT,
@@ -21,7 +28,6 @@ from softsim.materials.laws import (
     Yeoh,
 )
 from softsim.materials.library import library_material
-from softsim.materials.tensile import TEST_MODES, TensileTest, read_tensile_test
 
 REFERENCE = Path(__file__).parents[2] / ".." / "shared" / "reference"
 TENSILE = REFERENCE / "tensile"

@@ -18,8 +18,7 @@ from softsim.materials.laws import (
     Yeoh,
 )
 from softsim.materials.library import library_material, library_names
-from softsim.materials.material import Material, bulk_modulus_from_poisson_ratio
-from softsim.materials.maxwell import MaxwellSeries
+from softsim.materials.material import Material, MaxwellSeries, bulk_modulus_from_poisson_ratio
 
 
 def number(low, high):

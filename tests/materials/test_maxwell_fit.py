@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from softsim.errors import MaterialError
-from softsim.materials.maxwell import (
+from softsim.materials.material import (
     MaxwellSeries,
     Spectrum,
     best_fit,

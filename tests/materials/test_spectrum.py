@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from softsim.errors import MaterialError
-from softsim.materials.maxwell import constant_loss_factor, fractional, measured
+from softsim.materials.material import constant_loss_factor, fractional, measured
 
 BAND = (2.0, 5000.0)
 

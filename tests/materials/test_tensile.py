@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from softsim.errors import MaterialError
-from softsim.materials.tensile import TensileTest, read_tensile_test
+from softsim.materials.fitting import TensileTest, read_tensile_test
 
 DATABASE = """PARAMETER;INFO;URL;;
 Lab;Chambéry;;;

@@ -10,9 +10,9 @@ import numpy as np
 import polars
 
 from softsim.output.folder import StudyRecord, read_study, write_study, write_table
-from softsim.study.axes import Goal, Plot, StudyAxis
 from softsim.study.bisection import Bisection, boundary
 from softsim.study.factors import Interval
+from softsim.study.schema import Goal, Plot, StudyAxis
 
 RATE = StudyAxis("rate", "kPa/s", logarithmic=True, about="deflation rate")
 FRICTION = StudyAxis("friction", about="friction coefficient")

@@ -6,9 +6,8 @@ import yaml
 from matplotlib.image import imread
 
 from softsim.errors import OutputError
-from softsim.materials.fitting import Fit, fit_law
+from softsim.materials.fitting import Fit, TensileTest, fit_law
 from softsim.materials.laws import UNIAXIAL, Yeoh
-from softsim.materials.tensile import TensileTest
 from softsim.report.materials import fit_diagram, fit_rows, scene_snippet
 from softsim.report.png import draw
 from softsim.scene.materials import YeohMaterial

@@ -50,7 +50,7 @@ from softsim.report.study.plots import (
     remark_on_cells,
 )
 from softsim.report.style import drawing
-from softsim.study.axes import Goal, Plot, StudyAxis
+from softsim.study.schema import Goal, Plot, StudyAxis
 
 FASTEST = Goal("speed", "maximize")
 

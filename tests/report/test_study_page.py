@@ -31,7 +31,7 @@ from softsim.report.study.plots import (
     study_charts,
     write_study_page,
 )
-from softsim.study.axes import Goal, Plot
+from softsim.study.schema import Goal, Plot
 
 FASTEST = Goal("speed", "maximize")
 OVER_RATE = [Plot("curve", "rate", "speed")]

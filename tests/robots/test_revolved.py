@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from softsim.elements.axisymmetric import Axisymmetric
+from softsim.elements.hoop import Axisymmetric
 from softsim.elements.solid import Solid
 from softsim.errors import MeshError
 from softsim.mesh.mesh import open_rim, signed_volumes

@@ -3,7 +3,7 @@
 import pytest
 
 from softsim.errors import SceneError
-from softsim.run.gradient import asked_parameters
+from softsim.run.statics import asked_parameters
 from softsim.scene.loading import load_scene
 
 SCENE = """

@@ -13,7 +13,7 @@ from rich.console import Console
 from softsim.compute.machine import Choice
 from softsim.errors import Interrupted, OutputError, SceneError, StabilityError
 from softsim.output.folder import read_checkpoint
-from softsim.run.steps import fitting_steps
+from softsim.run.scenes import fitting_steps
 from softsim.scene.steps import load_steps
 
 # With a branch, which remembers; the block lies on the floor and rubs on it.

@@ -8,7 +8,7 @@ import pytest
 from softsim.errors import ModesError
 from softsim.materials.laws import NeoHooke
 from softsim.materials.material import Material, MaxwellBranch
-from softsim.solver import rest_stiffness
+from softsim.solver import natural_modes as stiffness
 from softsim.solver.natural_modes import dynamic_frequency, movable_bodies, natural_modes
 
 MESHES = {
@@ -130,18 +130,18 @@ def test_a_region_that_is_held_everywhere_adds_nothing(build, fresh_taichi):
 
 
 def test_a_body_that_is_too_large_is_refused(block, monkeypatch):
-    monkeypatch.setattr(rest_stiffness, "MOST_ENTRIES", 100)
+    monkeypatch.setattr(stiffness, "MOST_ENTRIES", 100)
     with pytest.raises(ModesError, match="body 'b' is too large for natural frequencies"):
         natural_modes(block, block.bodies[0], 1)
 
 
 def test_forces_beyond_the_neighbourhood_are_found_out(block, monkeypatch):
     """An element whose forces reach further than `coupled_pairs` knows would give wrong modes."""
-    near = rest_stiffness.incidence
+    near = stiffness.incidence
 
     def fewer(nodes, node_count):
         return near(nodes[::2], node_count)
 
-    monkeypatch.setattr(rest_stiffness, "incidence", fewer)
+    monkeypatch.setattr(stiffness, "incidence", fewer)
     with pytest.raises(ModesError, match="at rest is not symmetric"):
         natural_modes(block, block.bodies[0], 1)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from softsim.contact.polyline import Polyline
-from softsim.solver.penetration import (
-    body_penetration_of,
+from softsim.solver.guards import (
+    body_penetration,
     body_penetration_warnings,
     crossing_warnings,
     element_sizes,
-    penetration_of,
+    penetration,
     penetration_warnings,
     thinnest_wall,
 )
@@ -31,7 +31,7 @@ def deep(model, wall, depth):
     """Depths (walls, k) [m] of which one node has one in one wall."""
     depths = np.zeros((len(model.walls), len(model.contact.nodes)))
     depths[wall, 3] = depth
-    return penetration_of(model, depths)
+    return penetration(model, depths)
 
 
 def test_depth_is_counted_in_elements(build):
@@ -53,9 +53,9 @@ def test_depth_of_bodies_is_counted_in_their_facets(build):
     model = build(FIN, "contact.self_contact=[b]")
     data = model.self_contact
     depths = np.zeros(len(data.nodes) + len(data.facets))
-    assert body_penetration_warnings(body_penetration_of(model, data, depths)) == {}
+    assert body_penetration_warnings(body_penetration(model, data, depths)) == {}
     depths[-1] = 0.2e-3
-    found = body_penetration_of(model, data, depths)
+    found = body_penetration(model, data, depths)
     assert (found.relative, found.depth) == (pytest.approx(0.2), 0.2e-3)
     np.testing.assert_allclose(found.place, model.points[data.facets[-1]].mean(axis=0))
     [told] = body_penetration_warnings(found).values()
@@ -85,7 +85,6 @@ def test_thickness_of_polylines():
 @pytest.mark.physics
 def test_the_largest_depth_is_kept(build, start):
     """A block that falls onto a floor as soft as foam, and is thrown back."""
-    from softsim.solver.penetration import penetration
 
     model = build(
         FIN,
@@ -98,7 +97,7 @@ def test_the_largest_depth_is_kept(build, start):
     for _ in range(400):
         solver.advance(1)
         deepest = max(deepest, -float(solver.positions()[0, :, 1].min()))
-    found = penetration(solver.scenario(0))
+    found = solver.scenario(0).penetration()
     assert found.depths.max() == pytest.approx(deepest, rel=1e-9)
     assert found.relative == pytest.approx(deepest / 1e-3, rel=1e-9)
     assert deepest > 0.0

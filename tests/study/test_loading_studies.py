@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from softsim.errors import SceneError
 from softsim.scene.loading import load_layout
-from softsim.study.axes import Plot, StudyAxis
 from softsim.study.cases import Source, resolved
 from softsim.study.factors import Interval
 from softsim.study.loading import Spread, describe, load_study, repeated_assessment, study_from
+from softsim.study.schema import Plot, StudyAxis
 
 STUDY = """\
 scene: block.yaml

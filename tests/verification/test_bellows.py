@@ -21,7 +21,7 @@ import felupe_bellows
 from softsim.builder import build_model
 from softsim.robots.revolved import bellows_section
 from softsim.scene.loading import load_scene
-from softsim.solver.rest_stiffness import rest_stiffness
+from softsim.solver.natural_modes import rest_stiffness
 
 SCENES = Path(__file__).parents[2] / "scenes"
 SCENE = SCENES / "bellows.yaml"

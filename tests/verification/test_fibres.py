@@ -121,7 +121,7 @@ def stiffness(model):
 
 def soft_stiffness(model):
     """The same of its elements alone."""
-    from softsim.solver.rest_stiffness import rest_stiffness
+    from softsim.solver.natural_modes import rest_stiffness
 
     (body,) = model.bodies
     return rest_stiffness(model, body, body.regions[0]).matrix

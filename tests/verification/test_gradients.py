@@ -92,7 +92,7 @@ def solve(kernel_cache, monkeypatch, write_scene):
 @pytest.mark.parametrize("text, paths, columns", CASES.values(), ids=CASES)
 def test_differences_of_whole_runs(solve, text, paths, columns):
     from softsim.run.callbacks import Rows
-    from softsim.run.gradient import Parameter, derivatives
+    from softsim.run.statics import Parameter, derivatives
 
     run = solve(text)
     parameters = [Parameter.at(run.files.loaded, path, Option(path)) for path in paths]

@@ -188,8 +188,7 @@ def test_the_stable_step_bounds_a_layer(build, start, kind):
     it; free after a blow it keeps its energy.
     """
     from softsim.solver.energy import EnergyReader
-    from softsim.solver.natural_modes import inertia_root, structure_stiffness
-    from softsim.solver.rest_stiffness import rest_stiffness
+    from softsim.solver.natural_modes import inertia_root, rest_stiffness, structure_stiffness
     from softsim.solver.stable_step import stable_step
 
     model = build(block(kind))

@@ -182,8 +182,7 @@ def test_the_stable_step_bounds_a_cable(build, fresh_taichi, kind, driven, limit
     """The largest omega of the block with its cables, one very stiff or under a large tension, is
     below 2 / dt, and no less than half of it: along k dL dL^T, across T d2L/dx2, by differences.
     """
-    from softsim.solver.natural_modes import inertia_root
-    from softsim.solver.rest_stiffness import rest_stiffness
+    from softsim.solver.natural_modes import inertia_root, rest_stiffness
     from softsim.solver.stable_step import stable_step
 
     stiffer = {

@@ -239,8 +239,7 @@ def test_the_stable_step_bounds_what_is_tied(build, fresh_taichi, scaled):
     """The largest omega of K phi = omega^2 M phi, with the coupling and the masses of the tie, is
     below 2 / dt, and less than a third below it.
     """
-    from softsim.solver.natural_modes import inertia_root
-    from softsim.solver.rest_stiffness import joined_bodies, rest_stiffness
+    from softsim.solver.natural_modes import inertia_root, joined_bodies, rest_stiffness
     from softsim.solver.stable_step import stable_step
 
     model = build(blocks("plane", 2.0, 0.9, "quad"), *scaled)

@@ -40,9 +40,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from softsim.errors import MaterialError
-from softsim.materials.fitting import fit_law
+from softsim.materials.fitting import TensileTest, fit_law
 from softsim.materials.laws import LAWS, Law
-from softsim.materials.tensile import TensileTest
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, QUIET, drawing
 from validation.cases import Outcomes
 from validation.command import command

@@ -33,9 +33,8 @@ from pathlib import Path
 
 import numpy as np
 
-from softsim.materials.fitting import fit_law
+from softsim.materials.fitting import fit_law, read_tensile_test
 from softsim.materials.laws import LAWS, UNIAXIAL, Law, NeoHooke
-from softsim.materials.tensile import read_tensile_test
 from softsim.report.style import BLUE, INK, ORANGE, drawing
 from validation.cases import Outcomes
 from validation.command import command

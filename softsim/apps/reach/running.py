@@ -44,7 +44,7 @@ from softsim.apps.reach.trials import (
 )
 from softsim.builder import build_model
 from softsim.builder.assembly import gravity_in_space
-from softsim.builder.pipe_path import key_of_item
+from softsim.builder.walls import key_of_item
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.pipe_path import Segment
 from softsim.errors import SceneError, StabilityError

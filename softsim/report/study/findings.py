@@ -15,7 +15,6 @@ from softsim.errors import OutputError
 from softsim.output.folder import StudyRecord, read_study, read_table
 from softsim.report.diagram import POINTS, Diagram, Panel, PlotAxis, PlotSeries, Scale
 from softsim.report.style import BLUE, INK, ORANGE, QUIET
-from softsim.study.axes import StudyAxis, column
 from softsim.study.bisection import (
     FOUND,
     NOT_MONOTONE,
@@ -28,6 +27,7 @@ from softsim.study.bisection import (
 )
 from softsim.study.cases import DONE, FAILED, LOST
 from softsim.study.measures import MISMATCH
+from softsim.study.schema import StudyAxis, column
 from softsim.units import count_text
 
 VERDICT = "verdict"

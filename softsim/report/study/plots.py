@@ -49,8 +49,8 @@ from softsim.report.study.findings import (
 )
 from softsim.report.style import BLUE, COLOURS, ORANGE, QUIET, RED, SKY
 from softsim.report.table import Row, Table, cell
-from softsim.study.axes import Goal, Plot, StudyAxis
 from softsim.study.cases import DONE, FAILED, LOST, PRUNED, WAITING
+from softsim.study.schema import Goal, Plot, StudyAxis
 
 # -------------------------------------------------------------------------------------------------
 # Curves of a measure over a factor, one per level of another, with a band for repeated cases.

@@ -15,8 +15,8 @@ from softsim.apps.calibration.experiments import (
     stiffness,
 )
 from softsim.builder import build_model
+from softsim.loads.nodal import Rotor
 from softsim.loads.prescribed import PrescribedMotion
-from softsim.loads.rotor import Rotor
 from softsim.scene.loading import load_scene
 
 SCENES = Path(__file__).parents[3] / "scenes"

@@ -7,7 +7,7 @@ import pytest
 
 from softsim.apps.chain.running import build_chain
 from softsim.apps.chain.scene import CHAINS, chain_names, load_chain
-from softsim.cli.examples import examples_folder
+from softsim.cli.about import examples_folder
 from softsim.errors import SceneError
 
 LEAFBOT = (CHAINS / "leafbot5.yaml").read_text(encoding="utf-8")
