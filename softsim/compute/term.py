@@ -5,7 +5,8 @@ checkpoint, energies and work, and columns of the history. The defaults of Term 
 overrides those that apply to it.
 
 A class whose functions (ti.func) kernels call is a plain class. ti.data_oriented is for those that
-have kernels of their own: each look at an attribute of such an object takes a microsecond."""
+have kernels of their own: each look at an attribute of such an object takes a microsecond.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import Field, dataclass, is_dataclass

@@ -1,7 +1,8 @@
 """Interface of an element formulation, integration points, regions of bodies.
 
-A formulation gives volumes, deformation gradients, mass fractions and facets in numpy. Each has its
-file with its Geometry and the Taichi classes that this creates in `elements`."""
+A formulation gives volumes, deformation gradients, mass fractions and facets in numpy. Its Geometry
+stands beside the Taichi classes that this creates in `elements`.
+"""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Sequence

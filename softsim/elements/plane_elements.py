@@ -4,7 +4,8 @@ Triangles have edges d_a = x_1 - x_0 and d_b = x_2 - x_0 in the plane; F_zz is i
 Nodal forces
     f_1 = -V (S^aa d_a + S^ab d_b),  f_2 = -V (S^ab d_a + S^bb d_b),  f_0 = -f_1 - f_2,
 each with -V F_zz S_zz dF_zz/dx in addition. A quadrilateral has one integration point and hourglass
-forces (elements/hourglass.py)."""
+forces (elements/hourglass.py).
+"""
 
 from dataclasses import dataclass
 

@@ -397,6 +397,14 @@ class SurfaceStiffness:
         np.maximum.at(largest, self.number, of_facets[:, None])
         return largest
 
+    def _stiffening(self, dt: float) -> np.ndarray:
+        """Return the largest stiffness with dashpots over k_n (f,) of the points of each facet."""
+        penalty = self.data.penalty
+        factor = np.ones(len(penalty.k_n))  # a point on the axis has no area, so no spring
+        np.divide(penalty.largest_stiffness(dt), penalty.k_n, out=factor, where=penalty.k_n > 0.0)
+        vertices, centroids = np.split(factor, [len(self.data.nodes)])
+        return np.maximum(vertices[self.number].max(axis=1), centroids)
+
     def _projected(self, x: np.ndarray, of_facets: np.ndarray) -> np.ndarray:
         """Return the sum (k,) over the facets around each node of values (f,), projected along the
         normal of that facet, or of their mean, which makes it largest, all nodes at x.
@@ -417,8 +425,8 @@ class SurfaceStiffness:
         """
         data, d = self.data, x.shape[1]
         own = self._projected(x, self.rest_areas / d * data.facet_stiffness)
-        stiffening = (data.penalty.largest_stiffness(dt) / data.penalty.k_n)[self.number]
-        own *= self._largest_around(stiffening.max(axis=1))
+        stiffening = self._stiffening(dt)
+        own *= self._largest_around(stiffening)
         areas = np.linalg.norm(area_vectors(x, data.facets), axis=1)
         extent = self._projected(x, areas / d) ** (1.0 / (d - 1))
         # Facets of about one size at a time press a node: large ones have much area, small ones a
