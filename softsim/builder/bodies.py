@@ -25,7 +25,7 @@ from softsim.mesh.reading import GEOMETRY, MeshFile, read_mesh
 from softsim.model import Body, Model, Probe
 from softsim.scene import bodies as scene_bodies
 from softsim.scene import outputs
-from softsim.scene.conditions import Fixed, InitialVelocity, PointMass, Symmetry
+from softsim.scene.bodies import Fixed, InitialVelocity, PointMass, Symmetry
 from softsim.scene.loading import LoadedScene
 from softsim.scene.meshes import FileMesh, GeneratedMesh
 from softsim.scene.names import (

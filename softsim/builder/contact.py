@@ -29,7 +29,7 @@ from softsim.mesh.mesh import (
 from softsim.mesh.surface import depth_in_surface, side_lengths
 from softsim.model import Body, SelfContactData
 from softsim.rigid import RigidBodyData
-from softsim.scene.conditions import Fixed, Symmetry
+from softsim.scene.bodies import Fixed, Symmetry
 from softsim.scene.names import Names, close_names, in_mm
 from softsim.scene.text import Keys
 from softsim.scene.walls import AdhesionRateSpec, AdhesionSpec, Contact

@@ -12,8 +12,7 @@ from softsim.mesh.reading import read_mesh
 from softsim.mesh.surface import divided, in_order, read_surface, refuse_flat
 from softsim.model import Body, OutlineData
 from softsim.rigid import DIRECTIONS, RigidBodyData, freedom
-from softsim.scene.bodies import BallOutline, RigidBody, RigidSurface
-from softsim.scene.conditions import RigidMotionSpec
+from softsim.scene.bodies import BallOutline, RigidBody, RigidMotionSpec, RigidSurface
 from softsim.scene.names import Names, PlacedSurface, in_mm
 from softsim.scene.text import Keys
 from softsim.scene.walls import PipeWall, PlaneWall

@@ -19,7 +19,7 @@ from softsim.loads.prescribed import MovingWall, displacement
 from softsim.mesh.mesh import SURFACE
 from softsim.mesh.surface import nodal_extents, weights_in_line
 from softsim.model import Body, CornerData
-from softsim.scene.conditions import WallMotion
+from softsim.scene.bodies import WallMotion
 from softsim.scene.names import Names, close_names, in_mm
 from softsim.scene.text import Keys, nearest
 from softsim.scene.walls import (

@@ -16,7 +16,7 @@ from softsim.contact.wall import FixedFrame, Obstacle, Wall
 from softsim.loads.load import Load
 from softsim.loads.profile import Profile, ProfileTable, built_profile, over_the_run
 from softsim.rigid import RigidBodies, freedom
-from softsim.scene.conditions import Prescribed, RigidMotionSpec, WallMotion
+from softsim.scene.bodies import Prescribed, RigidMotionSpec, WallMotion
 from softsim.scene.names import Names
 from softsim.scene.text import Keys
 

@@ -499,7 +499,7 @@ class PulledCableSpec(OverTime):
     history gets the columns NAME_tension and NAME_drawn_in.
     """
 
-    built_by: ClassVar[str] = "softsim.structures.pulled_cable:pulled_cable"
+    built_by: ClassVar[str] = "softsim.structures.cable:pulled_cable"
     kind: Literal["pulled_cable"] = Field(description="Kind of load.")
     eyelets: tuple[Point, ...] = Field(
         min_length=2,

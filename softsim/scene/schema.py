@@ -8,8 +8,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from softsim.scene.bodies import BodySpec, CableSpec, FibreSpec, LayerSpec, RigidBody, Tie
-from softsim.scene.conditions import Condition
+from softsim.scene.bodies import (
+    BodySpec,
+    CableSpec,
+    Condition,
+    FibreSpec,
+    LayerSpec,
+    RigidBody,
+    Tie,
+)
 from softsim.scene.loads import Load
 from softsim.scene.materials import Material
 from softsim.scene.outputs import Expect, Output

@@ -13,7 +13,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from softsim.errors import Option, SceneError
-from softsim.scene.conditions import InitialVelocity, WallMotion
+from softsim.scene.bodies import InitialVelocity, WallMotion
 from softsim.scene.loading import (
     STEPS,
     LoadedScene,

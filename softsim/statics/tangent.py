@@ -32,7 +32,7 @@ from softsim.solver.natural_modes import (
 )
 from softsim.solver.stiffness_bound import volume_gradient
 from softsim.statics.forces import Configuration, StaticForces
-from softsim.structures.pulled_cable import PulledCable
+from softsim.structures.cable import PulledCable
 
 SHIFT = 1e-9
 """Stiffness that factors add to each coordinate of a loose piece, over the mean of the diagonal."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import mean
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import polars
@@ -25,7 +25,6 @@ from softsim.scene.text import nearest
 from softsim.study.cases import DONE, LOST, PRUNED, Case, Program, case_key, resolved
 from softsim.study.loading import LoadedStudy, load_study, study_from
 from softsim.study.schema import Goal, Objective
-from softsim.sweep.descent import Descent, SearchEndedError
 from softsim.sweep.engine import WorkerPool, completed, pool_for
 from softsim.sweep.job import (
     NOTHING_LEFT,
@@ -41,6 +40,9 @@ from softsim.sweep.job import (
     told_size,
 )
 from softsim.units import count_text
+
+if TYPE_CHECKING:  # optuna is for those who optimise
+    from softsim.sweep.optimisation import Descent
 
 # -------------------------------------------------------------------------------------------------
 # Cases that cannot run, found before anything runs: scenes are read and models are built.
@@ -203,6 +205,8 @@ def optimize(
         The process received SIGINT or SIGTERM. The same call continues with the trials in
         progress.
     """
+    from softsim.sweep.optimisation import Descent, TrialJobs, Trials  # imports optuna
+
     objective, goal, count = asked(study, count)
     console = console or Console()
     RunFolder(folder / CASES)  # is made here, or refused
@@ -228,8 +232,6 @@ def optimize(
                 note(*plan.refused(case, error))
 
     with kept_ledger(folder, record_of_trials(study, count), table, console) as ledger:
-        from softsim.sweep.trials import TrialJobs, Trials  # imports optuna
-
         trials = Trials(folder, study.search_space, column, goal.sense, objective.seed)
         plan = TrialJobs(folder.resolve(), column, objective.prune, device, study.study.keep)
         for trial in trials.ended():
@@ -250,7 +252,7 @@ def record_of_trials(study: LoadedStudy, count: int) -> StudyRecord:
 
 
 def descend(
-    descent: Descent,
+    descent: "Descent",
     folder: Path,
     pool: AbstractContextManager[WorkerPool],
     device: str,
@@ -259,6 +261,8 @@ def descend(
     simulate: Simulate,
 ) -> polars.DataFrame:
     """Run trials by derivatives, `count` at most; return their table, as `optimize`."""
+    from softsim.sweep.optimisation import SearchEndedError
+
     study, column = descent.study, descent.column
     table = StudyTable(study.factors, study.measures)
     known: dict[bytes, tuple[float, np.ndarray]] = {}

@@ -19,8 +19,7 @@ from softsim.study.factors import Interval
 from softsim.study.loading import load_study
 from softsim.study.measures import MeasureColumn
 from softsim.study.schema import Prune
-from softsim.sweep.descent import RANGE, Descent
-from softsim.sweep.trials import START, PruningCondition, Trials
+from softsim.sweep.optimisation import RANGE, START, Descent, PruningCondition, Trials
 
 SPACE = {
     "rate": Interval(1.0, 100.0, logarithmic=True),

@@ -7,9 +7,7 @@ the body in space and n/2 in the section, half as much.
 
 Modules in reading order:
 
-    experiments  scenes of the experiments, and the stiffness that a push gives
-    result       wall forces, pressures that correspond, all results
+    experiments  scenes of the experiments, their evaluation, figure and tables
     running      the experiments in sequence
-    report       figure, tables, and the lines for the scene
     command      `softsim calibrate-section`
 """

@@ -13,18 +13,21 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from softsim.apps.calibration.experiments import Specimen, inflation, push, stiffness
-from softsim.apps.calibration.result import (
+from softsim.apps.calibration.experiments import (
     FORCE_SHARE,
     Calibration,
     PressureMapping,
+    Specimen,
     Stiffnesses,
     WallCurve,
     calibration_diagram,
     calibration_rows,
+    inflation,
     matched,
+    push,
     sample_table,
     scene_lines,
+    stiffness,
     wall_curve,
 )
 from softsim.errors import CalibrationError, StabilityError

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import yaml
 
-from softsim.apps.calibration.experiments import SpecimenStiffness
-from softsim.apps.calibration.result import (
+from softsim.apps.calibration.experiments import (
     Calibration,
+    SpecimenStiffness,
     Stiffnesses,
     WallCurve,
     calibration_diagram,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.apps.calibration.result import FORCE_SHARE, WallCurve, matched, wall_curve
+from softsim.apps.calibration.experiments import FORCE_SHARE, WallCurve, matched, wall_curve
 from softsim.errors import CalibrationError
 
 
