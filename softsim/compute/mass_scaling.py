@@ -183,7 +183,7 @@ def pairs_of(lists: np.ndarray) -> np.ndarray:
 
 
 # -------------------------------------------------------------------------------------------------
-# Nodes with selective mass scaling: kernels of compute/mass_scaling.py.
+# Nodes with selective mass scaling, in kernels.
 #
 # A kick sums the forces on all nodes, then computes the correction of each group, then updates
 # velocities.
@@ -222,7 +222,7 @@ class ScaledNodes(Nodes):
 
     @ti.func
     def hold_back(self, s, g, t, dt):
-        """Compute the reduction of accelerations in group g (compute/mass_scaling.py)."""
+        """Compute the reduction of accelerations in group g."""
         if ti.static(self.relaxes):
             self.resist(s, g)
         mean = ti.Vector.zero(backend.real, self.dimension)

@@ -35,7 +35,7 @@ from softsim.scene.walls import SurfaceWall
 
 
 class GriddedObstacle(Obstacle):
-    """Wall on a grid (contact/grid.py), one entry of `walls` per scenario.
+    """Wall on a grid, one entry of `walls` per scenario.
 
     Scenarios with the same grid share it.
     """

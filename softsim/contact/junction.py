@@ -220,7 +220,7 @@ class KernelEdgeFormulas(KernelVectors):
 
 
 class RoundedEdges:
-    """Rounded edges of junctions in kernels (contact/junction.py), those of `walls` per scenario.
+    """Rounded edges of junctions in kernels, those of `walls` per scenario.
 
     Fields, (scenarios, ...): count; of each junction centre, run, branch, enlarged radii (A, B),
     fillet, opposite.

@@ -290,7 +290,7 @@ class HourglassElements(OnePointElements):
 # -------------------------------------------------------------------------------------------------
 # Upper bound of the stiffness of the hourglass modes of a region's elements.
 #
-# U = 1/2 mu |A q|^2, q_ki = e_i . h~_k (elements/hourglass.py), where mu includes all branches.
+# U = 1/2 mu |A q|^2, q_ki = e_i . h~_k, where mu includes all branches.
 # With the largest eigenvalue a of A^T A, |p| <= mu a |q| in an element that was deformed straight
 # from rest, whose branches carry no more than if they were unrelaxed. A displacement of the nodes
 # gives

@@ -116,7 +116,7 @@ class RigidMotion(Load):
 class RigidMotionTerm(Term):
     """Kernel class that displaces rigid body number `body` along `axis` by `table` [m over s].
 
-    As for nodes (loads/prescribed.py), the velocity of a step is (u(t) - u(t - dt)) / dt, and the
+    As for nodes, the velocity of a step is (u(t) - u(t - dt)) / dt, and the
     driving force is the opposite of the sum of all other forces on the body along the axis. Fields
     (scenarios,): `work` [J] by the trapezoidal rule, and `impulse` [N s] since last cleared.
     """

@@ -351,7 +351,7 @@ class TetherTerm(Term):
 # -------------------------------------------------------------------------------------------------
 # Drag of the part of a cable beyond its simulated end, along the direction of the cable.
 #
-# Friction is that of loads/tether.py along the direction of the last segment; across it the end is
+# Friction is that of a trailed tether along the direction of the last segment; across it the end is
 # free. The spring's energy is stored (ALLSE), sliding is dissipated by friction (ALLFD). The drag
 # does not depend on time: it acts before t = 0 as well.
 

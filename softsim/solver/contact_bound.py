@@ -3,7 +3,7 @@
 A node against one surface has the stiffness k_n n (x) n + k_t (I - n (x) n), against several their
 sum. A dashpot c, whose velocity lags half a step behind, acts on the stable step as a spring
 2 c / dt (solver/stable_step.py). If a node and a rigid body press each other, each has the spring
-as if the other were fixed; solver/contact_bound.py combines both.
+as if the other were fixed; the bound combines both.
 
 A corner of a wall that presses a facet adds k w w^T, with the weights w_c of the facet's nodes: at
 most k w_c at each of them, as (sum_c w_c u_c)^2 <= sum_c w_c u_c^2.
