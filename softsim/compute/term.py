@@ -202,8 +202,8 @@ class Term:
         """
 
     def sampled(self) -> list[ti.Field]:
-        """Return the fields that `readings` reads."""
-        return []
+        """Return the fields that `readings` reads. Default: the impulses."""
+        return self.impulses()
 
     def readings(self, samples: Samples) -> dict[str, np.ndarray]:
         """Return the columns of the history (rows,) from samples of the fields in `sampled`."""

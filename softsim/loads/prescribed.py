@@ -140,9 +140,6 @@ class RigidMotionTerm(Term):
     def impulses(self) -> list[ti.Field]:
         return [self.impulse]
 
-    def sampled(self) -> list[ti.Field]:
-        return [self.impulse]
-
     def readings(self, samples: Samples) -> dict[str, np.ndarray]:
         """Return the mean driving force [N]."""
         return {"drive_force": samples.mean(samples.read(self.impulse))}

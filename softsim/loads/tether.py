@@ -85,9 +85,6 @@ class TendonTerm(Term):
     def impulses(self) -> list[ti.Field]:
         return [self.impulse]
 
-    def sampled(self) -> list[ti.Field]:
-        return [self.impulse]
-
     def readings(self, samples: Samples) -> dict[str, np.ndarray]:
         """Return the mean tension [N]."""
         return {"pull": samples.mean(samples.read(self.impulse))}
@@ -271,9 +268,6 @@ class TetherTerm(Term):
         return {name: getattr(self, name) for name in names}
 
     def impulses(self) -> list[ti.Field]:
-        return [self.impulse]
-
-    def sampled(self) -> list[ti.Field]:
         return [self.impulse]
 
     def readings(self, samples: Samples) -> dict[str, np.ndarray]:

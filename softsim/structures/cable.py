@@ -199,9 +199,6 @@ class CableTerm(Term):
     def impulses(self) -> list[ti.Field]:
         return [self.tension_impulse]
 
-    def sampled(self) -> list[ti.Field]:
-        return [self.tension_impulse]
-
     def readings(self, samples: Samples) -> dict[str, np.ndarray]:
         """Return the mean tension of the gauge [N]."""
         return {self.column: samples.mean(samples.read(self.tension_impulse))}

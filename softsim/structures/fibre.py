@@ -211,9 +211,6 @@ class FibreTerm(Term):
     def impulses(self) -> list[ti.Field]:
         return [self.impulse]
 
-    def sampled(self) -> list[ti.Field]:
-        return [self.impulse]
-
     def readings(self, samples: Samples) -> dict[str, np.ndarray]:
         """Return the mean tension [N] of the bar of each fibre in which it is largest."""
         impulses = np.maximum.reduceat(samples.read(self.impulse), self.starts, axis=1)

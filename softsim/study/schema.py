@@ -1,4 +1,4 @@
-"""The vocabulary of a study: every key, its meaning; the columns and plots of its table.
+"""Keys of a study and their meaning; columns and plots of its table.
 
 A study names a scene, what varies in it, what is collected of each run, what is drawn, and what an
 optimisation seeks. Values are written as in a scene, with units.
